@@ -1,6 +1,6 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
-use bedload_scene::{CheckedScene, Grain, Motion, OverTime, Shape, WallKind, changing};
+use bedload_scene::{CheckedScene, Grain, Motion, OverTime, Shape, Wall, WallKind, changing};
 use protocol::facts::DemFacts;
 
 use crate::bounds::{Facts, largest_overlap};
@@ -211,12 +211,12 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
 /// Walls that move through a fluid, which does not see them.
 fn moving_walls(scene: &CheckedScene) -> Option<String> {
     scene.scene.medium.as_ref()?;
-    let wall = scene.scene.walls.iter().position(|wall| !wall.velocity.is_zero())?;
+    let wall = scene.scene.walls.iter().position(Wall::moves)?;
     Some(format!(
         "walls[{wall}] moves at {} m/s: grains touch it, the fluid does not see it and flows through; a face \
          of the box moves along itself with both, domain.boundary, and a body that moves a fluid is a grain \
          with motion = \"prescribed\"",
-        Short(scene.scene.walls[wall].velocity.largest(scene.scene.until))
+        Short(scene.scene.walls[wall].largest_speed(&scene.scene.domain, scene.scene.until))
     ))
 }
 

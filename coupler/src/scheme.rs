@@ -53,7 +53,10 @@ impl ContactFreeHorizon {
                 .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
                 .collect(),
             swings: scene.grains.iter().map(|grain| grain.velocity.fastest(until)).collect(),
-            wall_speed: walls.iter().map(|wall: &Wall| wall.velocity.largest(until)).fold(0.0, f64::max),
+            wall_speed: walls
+                .iter()
+                .map(|wall: &Wall| wall.largest_speed(&scene.scene.domain, until))
+                .fold(0.0, f64::max),
             wall_acceleration: walls.iter().map(|wall| wall.velocity.fastest(until)).fold(0.0, f64::max),
         }
     }

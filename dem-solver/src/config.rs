@@ -14,7 +14,7 @@ use crate::facts::{StepChoice, facts};
 use crate::grain::{Grain, Shape};
 use crate::laws::linear::LinearSpringDashpot;
 use crate::laws::table::ContactLaw;
-use crate::laws::walls::Wall;
+use crate::laws::walls::{Servo, Wall};
 use crate::lubrication::law::LineResolution;
 use crate::lubrication::settings::{Lubrication, LubricationSettings};
 use crate::motion::{Freedom, Motion};
@@ -207,7 +207,7 @@ fn refusal(scene: &CheckedScene, fault: &SpecError) -> SceneError {
 
 fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneError> {
     let shared = &scene.scene;
-    let walls: Vec<Wall> = scene.contact_walls().iter().map(wall).collect();
+    let mut walls: Vec<Wall> = scene.contact_walls().iter().map(wall).collect();
     let can_touch = scene.grains.len() > 1 || !walls.is_empty();
     if dem.contact.is_none() && can_touch {
         let remedy =
@@ -222,6 +222,9 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
     let contact = dem
         .contact
         .unwrap_or_else(|| ContactLaw::LinearSpringDashpot(LinearSpringDashpot::new(1.0, 1.0, 0.0)));
+    for (number, wall) in walls.iter_mut().enumerate().take(shared.walls.len()) {
+        wall.servo = follow(scene, number)?;
+    }
     let lubrication = dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
     if let Lubrication::Complement(settings) = lubrication {
         settings.resolved_length.get_or_insert(coarsest_spacing(scene));
@@ -282,9 +285,33 @@ fn coarsest_spacing(scene: &CheckedScene) -> f64 {
     (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max)
 }
 
+/// The servo of wall `number`, as heavy as one layer of the free grains (docs/equations.md).
+fn follow(scene: &CheckedScene, number: usize) -> Result<Option<Servo>, SceneError> {
+    let wall = &scene.scene.walls[number];
+    let Some(servo) = &wall.servo else { return Ok(None) };
+    let free = || scene.grains.iter().filter(|grain| grain.motion == SceneMotion::Free);
+    let count = free().count() as f64;
+    if count == 0.0 {
+        let what = "follows the pressure of grains, and none is free";
+        let remedy = "add grains, or leave `servo` out";
+        return Err(scene.source.error(&format!("walls[{number}].servo"), what, remedy));
+    }
+    let diameter = free().map(|grain| 2.0 * grain.radius).sum::<f64>() / count;
+    let mass = free().map(bedload_scene::Grain::mass).sum::<f64>() / count;
+    let area = wall.area(&scene.scene.domain).unwrap_or_default();
+    Ok(Some(Servo {
+        pressure: servo.pressure.clone(),
+        area,
+        largest_speed: servo.largest_speed,
+        mass: area / diameter.powi(scene.scene.domain.dimensions() as i32 - 1) * mass,
+    }))
+}
+
 fn wall(wall: &bedload_scene::Wall) -> Wall {
     Wall {
         velocity: wall.velocity.clone(),
+        spin: wall.spin.clone(),
+        about: wall.about,
         from: wall.from,
         until: Some(wall.until).filter(|until| until.is_finite()),
         ..Wall::new(wall.point, wall.normal)
@@ -306,6 +333,7 @@ fn grain(grain: &bedload_scene::Grain, geometry: Geometry) -> Grain {
         spin: grain.spin.start(),
         orientation: grain.orientation,
         motion,
+        wall: grain.wall.map(|wall| wall as u32),
         free: Freedom {
             translation: [is_free(X), is_free(Y), is_free(Z)],
             rotation: [is_free(SpinX), is_free(SpinY), is_free(SpinZ)],

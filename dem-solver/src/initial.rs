@@ -52,6 +52,7 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     (state.time, state.substeps, state.windows) = (0.0, 0, 0);
     state.rolling.truncate(state.contacts.len());
     state.wall_contacts.clear();
+    state.servos.clear();
     state.body_wall_contacts.clear();
     if let Err(fault) = dem.restore(&state) {
         return refuse(fault.to_string(), "start from a run with the same grains and contact law");

@@ -21,7 +21,7 @@ use crate::initial;
 use crate::insertion::Insertions;
 use crate::output::profile::Profile;
 use crate::output::substeps::Substeps;
-use crate::output::totals::Totals;
+use crate::output::totals::{Totals, add_servos, components};
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::report::GrainLoad;
@@ -39,6 +39,8 @@ pub struct DemParticipant {
     outside: Outside,
     profile: Option<bedload_scene::Profile>,
     totals: Option<Totals>,
+    /// Components of what is told of servos; none where nothing is asked for.
+    servos: Option<&'static [usize]>,
     substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
@@ -77,6 +79,7 @@ impl DemParticipant {
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             totals: Totals::of(scene),
+            servos: observe.values_over_time.then(|| components(scene)),
             substeps: observe
                 .substeps
                 .as_ref()
@@ -326,6 +329,9 @@ impl Participant for DemParticipant {
     fn totals(&self, out: &mut Vec<f64>) {
         if let Some(asked) = &self.totals {
             asked.add(&self.dem.grains, &self.contacts(), self.dem.films_on_walls(), out);
+        }
+        if let Some(components) = self.servos {
+            add_servos(components, &self.dem, out);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the speeds of a scene, known before it runs, do to the step and to contacts.
 
+use bedload_scene::Wall;
 use protocol::facts::{DemFacts, Level, Measure, Side, SolverBound};
 
 use super::bound::Bound;
@@ -27,12 +28,14 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
 }
 
-/// The way of a wall whose velocity changes over time in a window: what it meets must be known before.
+/// The way in a window of a wall that turns, follows a pressure or changes its velocity: what it meets must
+/// be known before.
 fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
     let (scene, until) = (facts.scene, facts.scene.scene.until);
     let radius = scene.grains.iter().map(|grain| grain.radius).reduce(f64::min)?;
-    let walls = scene.contact_walls().into_iter().filter(|wall| wall.velocity.varies());
-    let speed = walls.map(|wall| wall.velocity.largest(until)).reduce(f64::max)?;
+    let changes = |wall: &Wall| wall.velocity.varies() || !wall.spin.is_zero() || wall.servo.is_some();
+    let walls = scene.contact_walls().into_iter().filter(changes);
+    let speed = walls.map(|wall| wall.largest_speed(&scene.scene.domain, until)).reduce(f64::max)?;
     Some(
         Bound::new("wall-speed", "V dt/R", speed * facts.steps.dt_fluid / radius, Side::AtMost, 1.0).because(
             format!("a wall that moves at V = {} m/s passes a grain's radius within a window", Short(speed)),

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use bedload_scene::{CheckedScene, Grain, Motion, Wall};
+use bedload_scene::{CheckedScene, Domain, Grain, Motion, Wall};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 
@@ -60,6 +60,7 @@ pub(super) struct KinematicsCheck {
     /// Bodies that are not round are not looked at for overlaps.
     round: Vec<bool>,
     walls: Vec<Wall>,
+    domain: Domain,
     periods: [Option<f64>; 3],
     gravity: f64,
     diagonal: f64,
@@ -84,6 +85,7 @@ impl KinematicsCheck {
             free: grains.iter().map(|grain| grain.motion == Motion::Free).collect(),
             round: grains.iter().map(|grain| grain.shape.is_round()).collect(),
             walls: scene.contact_walls(),
+            domain: domain.clone(),
             periods: domain.periods().map(|period| period.map(|(_, length)| length)),
             gravity: scene.scene.largest_gravity(),
             diagonal: diagonal(scene),
@@ -130,7 +132,7 @@ impl KinematicsCheck {
             .zip(&self.radii)
             .map(|(last, radius)| norm(&last.velocity) + radius * norm(&last.spin));
         let now = motion.iter().map(|grain| norm(&grain.velocity));
-        let walls = self.walls.iter().map(|wall| wall.velocity.largest(f64::INFINITY));
+        let walls = self.walls.iter().map(|wall| wall.largest_speed(&self.domain, f64::INFINITY));
         before.chain(now).chain(walls).fold(0.0, f64::max)
     }
 
@@ -294,13 +296,12 @@ impl KinematicsCheck {
             for (number, wall) in
                 self.walls.iter().enumerate().filter(|(_, wall)| wall.from <= time && time < wall.until)
             {
-                let normal = norm(&wall.normal);
-                let moved = wall.velocity.integral(time);
-                let height: f64 = (0..3)
-                    .map(|c| wall.normal[c] / normal * (now.position[c] - wall.point[c] - moved[c]))
-                    .sum();
+                let [point, normal] = wall.at(time);
+                let height: f64 = (0..3).map(|c| normal[c] * (now.position[c] - point[c])).sum();
                 let radius = self.radii[grain];
-                take(grain, height - radius, radius, &|| format!("wall {number}"));
+                // Where a servo has moved the wall, the DEM alone knows.
+                let gap = if wall.servo.is_some() { 0.0 } else { height - radius };
+                take(grain, gap, radius, &|| format!("wall {number}"));
             }
         }
         let size = 3.0 * largest;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use bedload_scene::{Geometry, InitialVelocity, OverTime, Shape, WallKind};
+use bedload_scene::{Geometry, InitialVelocity, OverTime, Shape, Wall, WallKind};
 use toml::{Table, Value};
 
 use super::change::Change;
@@ -46,7 +46,8 @@ pub(super) fn idea(prepared: &Prepared) -> Option<Idea> {
     let sides = [kinds(0)?, kinds(1)?].concat();
     let alike = closed(kind) && sides.iter().all(|side| *side == kind);
     let walls = &scene.scene.walls;
-    let level = walls.iter().all(|wall| along(&wall.normal.into()) && along(&wall.velocity));
+    let of_tube = |wall: &Wall| wall.spin.is_zero() && wall.servo.is_none() && along(&wall.velocity);
+    let level = walls.iter().all(|wall| along(&wall.normal.into()) && of_tube(wall));
     let drives = along(&scene.scene.gravity) && along(&drive(&scene.scene).into());
     let at_rest = medium.initial == InitialVelocity::Rest && !is_driven_at_faces(&scene.scene);
     if !(square && moves && alike && level && drives && at_rest) {

@@ -44,6 +44,11 @@ impl Dem {
         // Where gravity changes, each sub-step adds its difference from this one.
         let first = Vec3::from(gravity.start());
         let gravity = Some(&*gravity).filter(|gravity| gravity.varies());
+        around
+            .walls
+            .iter_mut()
+            .filter_map(|wall| wall.servo.as_mut())
+            .for_each(|it| it.window = Default::default());
         self.time += dt_window;
         self.windows += 1;
         self.substeps += u64::from(n_sub);

@@ -4,7 +4,7 @@ use crate::general::contact::{Frame, Kinematics, Near, SpringStep, resolve};
 use crate::general::forces::Scene;
 use crate::grains::{Grains, Response};
 use crate::laws::table::PairLaw;
-use crate::laws::walls::Plane;
+use crate::laws::walls::Stand;
 use crate::motion::{Motion, Vec3};
 use crate::report::GrainLoad;
 use crate::search::contact_list::ContactList;
@@ -53,7 +53,8 @@ impl Dem {
         let (velocity, spin) = (&g.velocity, &g.spin);
         let (dt, t, step) = (0.0, self.time, SpringStep::Before);
         let kinematics = Kinematics { velocity, spin, path: None, dt, spring: step, t };
-        let scene = Scene { around, grains: g, response, kinematics: &kinematics };
+        let stands: Vec<Stand> = around.walls.iter().map(|wall| wall.at(t)).collect();
+        let scene = Scene { around, grains: g, response, kinematics: &kinematics, stands: &stands };
         let space = |[x, z]: [f64; 2]| Vec3::new(x, 0.0, z);
         bodies.bearing(&scene, lists, |place, force| {
             let (i, force, end) = (place.first, space(force), g.position[place.first]);
@@ -68,13 +69,7 @@ impl Dem {
                     let (end, point) = (g.position[j], g.position[j] + far);
                     all.push(Contact { grain: j, force: -force, end, point, start: point, ..contact });
                 }
-                None if is_free(g, i) => {
-                    let off = |wall: &Plane| wall.gap(&point, 0.0, t).abs();
-                    let walls = around.walls.iter().enumerate();
-                    let nearest = walls.min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-                    all.push(Contact { wall: nearest.map(|(wall, _)| wall), ..contact });
-                }
-                _ if is_free(g, i) => all.push(contact),
+                _ if is_free(g, i) => all.push(Contact { wall: place.wall.map(|(wall, _)| wall), ..contact }),
                 _ => {}
             }
         });
@@ -134,12 +129,13 @@ impl Dem {
     fn at_wall(&self, i: usize, k: usize, walls: &ContactList, response: &Response) -> Option<Contact> {
         let number = walls.other[k] as usize;
         let (g, wall) = (&self.grains, &self.around.walls[number]);
-        let gap = wall.gap(&g.position[i], g.radius[i], self.time);
+        let stand = wall.at(self.time);
+        let gap = stand.gap(&g.position[i], g.radius[i]);
         if !wall.acts(self.time) || gap > self.around.range {
             return None;
         }
-        let force = self.force(&Near::wall(i, wall, gap, self.time), response, walls.spring[k])?;
-        let (end, point) = (g.position[i], g.position[i] - wall.normal * (g.radius[i] + gap));
+        let (end, point) = (g.position[i], g.position[i] - stand.normal * (g.radius[i] + gap));
+        let force = self.force(&Near::wall(i, &stand, gap, &point), response, walls.spring[k])?;
         Some(Contact { grain: i, force, end, start: point, point, held: true, wall: Some(number) })
     }
 }

@@ -57,6 +57,9 @@ pub struct Grain {
     pub density: f64,
     /// Who moves it.
     pub motion: Motion,
+    /// Wall that a grain goes with which forces do not move: a servo adds its speed to the motion, and takes
+    /// the contact forces on the grain for its own.
+    pub wall: Option<u32>,
     /// What is left free of a free grain.
     pub free: Freedom,
 }
@@ -74,6 +77,7 @@ impl Grain {
             outline: None,
             density,
             motion: Motion::Free,
+            wall: None,
             free: Freedom::SPACE,
         }
     }

@@ -80,7 +80,7 @@ pub use error::{AdvanceError, RestoreError, SpecError};
 pub use grain::{Grain, Shape};
 pub use laws::linear::LinearSpringDashpot;
 pub use laws::table::ContactLaw;
-pub use laws::walls::Wall;
+pub use laws::walls::{Servo, Wall};
 pub use lubrication::law::{LineResolution, LubricationModel};
 pub use lubrication::settings::Lubrication;
 pub use motion::{Freedom, Motion, Vec3};

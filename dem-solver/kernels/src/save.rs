@@ -32,6 +32,8 @@ impl Dem {
         state.orientation.clear();
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
         state.dissipated = self.dissipated().unwrap_or_default();
+        state.servos.clear();
+        state.servos.extend(self.servos().map(|(_, servo)| [servo.way, servo.speed, servo.since]));
         state.rolling.clear();
         state.body_contacts.clear();
         state.body_wall_contacts.clear();
@@ -79,6 +81,12 @@ impl Dem {
                 .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
         );
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
+        let servos = self.around.walls.iter_mut().filter_map(|wall| wall.servo.as_mut());
+        // A state of another run has none: its walls may have been others.
+        let start = std::iter::repeat(&[0.0; 3]);
+        for (servo, [way, speed, since]) in servos.zip(state.servos.iter().chain(start)) {
+            (servo.way, servo.speed, servo.since) = (*way, *speed, *since);
+        }
         match &mut self.engine {
             Running::Bulk(bulk) => bulk.restore(grains, state),
             Running::General(general) => {
@@ -129,6 +137,16 @@ impl Dem {
         }
         if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
             return Err(RestoreError::NotFinite { quantity: "orientation", grain });
+        }
+        let (needed_servos, found) = (self.servos().count(), state.servos.len());
+        if found != needed_servos && found > 0 {
+            return Err(RestoreError::Length { quantity: "servos", found, needed: needed_servos });
+        }
+        if let Some(index) = state.servos.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(RestoreError::NotFinite {
+                quantity: "servo of wall, of those with one",
+                grain: index,
+            });
         }
         let contacts = state.contacts.len() + state.wall_contacts.len();
         let needed_rolling = if self.around.rolling.is_some() { contacts } else { 0 };

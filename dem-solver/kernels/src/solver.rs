@@ -7,7 +7,7 @@ use crate::general::bodies::BodyContacts;
 use crate::general::engine::General;
 use crate::grain::{Grain, Shape};
 use crate::grains::{Grains, Response};
-use crate::laws::walls::Plane;
+use crate::laws::walls::{Follower, Plane};
 use crate::motion::Vec3;
 use crate::periods::Periods;
 use crate::report::{Dissipated, Observations};
@@ -152,6 +152,12 @@ impl Dem {
     #[must_use]
     pub fn periods(&self) -> &Periods {
         &self.around.periods
+    }
+
+    /// Walls with a servo, by number.
+    pub fn servos(&self) -> impl Iterator<Item = (usize, &Follower)> {
+        let walls = self.around.walls.iter().enumerate();
+        walls.filter_map(|(w, wall)| Some((w, &**wall.servo.as_ref()?)))
     }
 
     fn bulk(&self) -> Option<&Bulk> {

@@ -65,6 +65,8 @@ pub struct State {
     pub order: Vec<u32>,
     /// How far grains may have moved since that order was made, m.
     pub order_travel: f64,
+    /// Way, m, and speed, m/s, of each servo, and the time, s, at which it had that way.
+    pub servos: Vec<[f64; 3]>,
     /// Energy that contacts have taken; zero where no account is kept.
     pub dissipated: Dissipated,
     /// Points of contact between grains of which one is not round, ascending by the two grains.

@@ -38,6 +38,26 @@ impl DemSpec {
                 "integrator rk3 takes no lubrication, which is implicit; choose symplectic-euler or velocity-verlet",
             ));
         }
+        if self.integrator == Integrator::Rk3 && self.walls.iter().any(|wall| wall.servo.is_some()) {
+            return Err(SpecError::Combination(
+                "integrator rk3 takes no wall that follows a pressure; choose symplectic-euler or velocity-verlet",
+            ));
+        }
+        if self.lubrication.settings().is_some() && self.walls.iter().any(|wall| !wall.spin.is_zero()) {
+            return Err(SpecError::Body {
+                key: "dem.lubrication.form",
+                why: "films at a wall that turns are not modelled; allowed: none",
+                remedy: "write form = \"none\", or give the wall no spin",
+            });
+        }
+        if let Some(grain) = self.grains.iter().position(|grain| {
+            grain.wall.is_some_and(|w| w as usize >= self.walls.len())
+                || grain.wall.is_some() && grain.motion == Motion::Free
+        }) {
+            let (quantity, value) = ("wall", f64::from(self.grains[grain].wall.unwrap_or_default()));
+            let allowed = "the number of a wall, and the grain none that forces move";
+            return Err(SpecError::Grain { grain, quantity, value, allowed });
+        }
         if let Some(reason) = energy::prevents(self).filter(|_| self.energy) {
             return Err(SpecError::Combination(reason));
         }

@@ -5,6 +5,21 @@ use bedload_scene::{CheckedScene, Total};
 use crate::contacts::{Contact, is_free};
 use crate::grains::Grains;
 use crate::motion::Vec3;
+use crate::solver::Dem;
+
+/// Components of the geometry.
+pub(crate) fn components(scene: &CheckedScene) -> &'static [usize] {
+    if scene.scene.domain.dimensions() == 3 { &[0, 1, 2] } else { &[0, 2] }
+}
+
+/// Adds what [`bedload_output::totals::servos`] names, in its order.
+pub(crate) fn add_servos(components: &[usize], dem: &Dem, out: &mut Vec<f64>) {
+    for (_, servo) in dem.servos() {
+        let stress = servo.stress();
+        out.extend([servo.way_at(dem.time()), servo.speed]);
+        out.extend(components.iter().map(|c| stress[*c]));
+    }
+}
 
 /// What is asked for.
 #[derive(Clone, Debug)]
@@ -23,14 +38,13 @@ impl Totals {
     pub(crate) fn of(scene: &CheckedScene) -> Option<Self> {
         let asked = scene.scene.observe.totals.as_ref()?;
         let (domain, coordination) = (&scene.scene.domain, asked.has(&[Total::CoordinationNumber]));
-        let components: &[usize] = if domain.dimensions() == 3 { &[0, 1, 2] } else { &[0, 2] };
         Some(Self {
             coordination,
             forces: asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]),
             films: asked.has(&[Total::WallStress]),
             walls: scene.scene.walls.len(),
             faces: domain.contact_faces().len(),
-            components,
+            components: components(scene),
         })
     }
 

@@ -29,4 +29,5 @@ mod scene_features;
 mod scene_keys;
 mod split;
 mod state;
+mod walls;
 mod window_drag;

@@ -4,7 +4,7 @@ use bedload_scene::{Changing, CheckedScene, Geometry, Grain, Motion, OverTime, a
 use protocol::message::{Kinematics, Loads};
 
 use crate::sample::{Extra, Sample, Sides, When};
-use crate::totals::{Bed, Made};
+use crate::totals::{Bed, Made, dem_values, fluid_values, servos};
 
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
@@ -220,6 +220,9 @@ impl Columns {
         if scene.scene.observe.values_over_time {
             columns.add_changing(scene);
         }
+        if sides.contact {
+            columns.add_servos(scene, extras.len() + if sides.loads { fluid_values(scene).len() } else { 0 });
+        }
         for grain in observed_grains(scene) {
             columns.add_grain(grain, scene, sides);
         }
@@ -272,6 +275,15 @@ impl Columns {
             self.add(&extra.name, &extra.unit, Source::Bed(made));
         }
         self.bed = Some(bed);
+    }
+
+    /// Columns of walls with a servo; `before`: number of the extras before those of the DEM.
+    fn add_servos(&mut self, scene: &CheckedScene, before: usize) {
+        let servos = servos(scene);
+        let before = before + dem_values(scene).len() - servos.len();
+        for (place, extra) in servos.iter().enumerate() {
+            self.add(&extra.name, &extra.unit, Source::Extra(extra.when, before + place));
+        }
     }
 
     /// The components that a value ever has.

@@ -58,18 +58,36 @@ pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
 }
 
 /// What the DEM gives after a window: contacts per free grain, then the force of contacts on each face that
-/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`], and that of films.
+/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`], that of films, and [`servos`].
 pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
-    let Some(totals) = asked(scene) else { return Vec::new() };
     let mut values = Vec::new();
-    if totals.has(&[Total::CoordinationNumber]) {
-        values.push(value(COORDINATION.to_owned(), "-"));
+    if let Some(totals) = asked(scene) {
+        if totals.has(&[Total::CoordinationNumber]) {
+            values.push(value(COORDINATION.to_owned(), "-"));
+        }
+        if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
+            values.extend(at_faces(scene, CONTACTS_ON, |face| face.contact));
+        }
+        if totals.has(&[Total::WallStress]) {
+            values.extend(at_faces(scene, FILMS_ON, |face| face.contact));
+        }
     }
-    if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
-        values.extend(at_faces(scene, CONTACTS_ON, |face| face.contact));
-    }
-    if totals.has(&[Total::WallStress]) {
-        values.extend(at_faces(scene, FILMS_ON, |face| face.contact));
+    values.extend(servos(scene));
+    values
+}
+
+/// What `observe.values_over_time` asks of the DEM about each wall with a servo: its way along the normal, m,
+/// its speed there, m/s, and the mean force of contacts on it over the window, per area, Pa.
+pub fn servos(scene: &CheckedScene) -> Vec<Extra> {
+    let mut values = Vec::new();
+    let walls = scene.scene.walls.iter().enumerate().filter(|(_, wall)| wall.servo.is_some());
+    for (w, _) in walls.filter(|_| scene.scene.observe.values_over_time) {
+        values.push(value(format!("servo_way[{w}]"), "m"));
+        values.push(value(format!("servo_speed[{w}]"), "m/s"));
+        values.extend(components(scene).into_iter().map(|c| Extra {
+            when: When::Window,
+            ..value(format!("servo_stress_{}[{w}]", LETTERS[c]), "Pa")
+        }));
     }
     values
 }

@@ -268,6 +268,38 @@ impl<T: Quantity> OverTime<T> {
     }
 }
 
+impl OverTime<[f64; 3]> {
+    /// Whether all its values lie along one line, to round-off: an angular velocity about an axis that keeps
+    /// its direction.
+    #[must_use]
+    pub fn is_along_one_line(&self) -> bool {
+        let axis = self.longest(f64::INFINITY);
+        let size = axis.iter().map(|w| w * w).sum::<f64>();
+        self.extremes().all(|w| cross(&w, &axis).iter().all(|across| across.abs() <= 1e-12 * size))
+    }
+
+    /// `v` turned from 0 to `t`, s, at this angular velocity, rad/s: exact where its axis stays the same.
+    #[must_use]
+    pub fn turn(&self, v: &[f64; 3], t: f64) -> [f64; 3] {
+        let turned = self.integral(t);
+        let angle = length(&turned);
+        if angle == 0.0 {
+            return *v;
+        }
+        // v cos θ + k × v sin θ + k (k·v)(1 − cos θ), Rodrigues (1840)
+        let axis = turned.map(|part| part / angle);
+        let (across, along) = (cross(&axis, v), (0..3).map(|c| axis[c] * v[c]).sum::<f64>());
+        let (sin, cos) = angle.sin_cos();
+        std::array::from_fn(|c| v[c] * cos + across[c] * sin + axis[c] * along * (1.0 - cos))
+    }
+}
+
+/// a × b.
+#[must_use]
+pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
+}
+
 /// The value of a sum that is largest in size from 0 to `until`, s: exact for tables; amplitudes of sines are
 /// added to it.
 #[must_use]

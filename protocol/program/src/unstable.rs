@@ -130,7 +130,7 @@ impl Energy {
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
             every: LOOK * contact_time,
             limit: SpeedLimit::new(scene),
-            driven: scene.contact_walls().iter().any(|wall| !wall.velocity.is_zero())
+            driven: scene.contact_walls().iter().any(|wall| wall.moves())
                 || scene.grains.iter().any(|grain| grain.motion == Motion::Prescribed),
             last: None,
             seen,

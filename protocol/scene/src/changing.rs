@@ -40,14 +40,31 @@ pub fn changing(scene: &CheckedScene) -> Vec<Changing> {
         add("medium.pressure_gradient".into(), gradient, "Pa/m", &medium.pressure_gradient);
     }
     for (index, wall) in walls.iter().enumerate() {
-        let name = ["wall_velocity".to_owned(), format!("[{index}]")];
-        add(format!("walls[{index}].velocity"), name, "m/s", &wall.velocity);
+        for (part, unit, value) in [("velocity", "m/s", &wall.velocity), ("spin", "rad/s", &wall.spin)] {
+            add(
+                format!("walls[{index}].{part}"),
+                [format!("wall_{part}"), format!("[{index}]")],
+                unit,
+                value,
+            );
+        }
     }
-    for (index, grain) in grains.iter().enumerate() {
+    for (index, grain) in grains.iter().enumerate().filter(|(_, grain)| grain.wall.is_none()) {
         let parts = [("velocity", "m/s", &grain.velocity), ("spin", "rad/s", &grain.spin)];
         for (part, unit, value) in parts {
             let name = [format!("prescribed_{part}"), format!("[{index}]")];
             add(format!("grains[{index}].{part}"), name, unit, value);
+        }
+    }
+    for (index, wall) in walls.iter().enumerate() {
+        if let Some(pressure) = wall.servo.as_ref().map(|servo| &servo.pressure).filter(|it| it.varies()) {
+            all.push(Changing {
+                key: format!("walls[{index}].servo.pressure"),
+                name: ["servo_pressure".to_owned(), format!("[{index}]")],
+                unit: "Pa",
+                value: pressure.map(|pressure| [*pressure, 0.0, 0.0]),
+                scalar: true,
+            });
         }
     }
     let flow = medium.as_ref().and_then(|medium| medium.flow_rate.as_ref());

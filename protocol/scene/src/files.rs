@@ -8,7 +8,7 @@ use toml_edit::{DocumentMut, Item, TableLike, Value};
 use crate::source::SceneSource;
 
 /// Keys that name a file or a folder; `[]` stands for each entry of a list.
-const FILES: [&str; 21] = [
+const FILES: [&str; 23] = [
     "grain_files[].file",
     "metrics[].file",
     "dem.initial_state",
@@ -20,6 +20,8 @@ const FILES: [&str; 21] = [
     "grains[].velocity.file",
     "grains[].spin.file",
     "walls[].velocity.file",
+    "walls[].spin.file",
+    "walls[].servo.pressure.file",
     "domain.boundary.x.velocity.file",
     "domain.boundary.x_lower.velocity.file",
     "domain.boundary.x_upper.velocity.file",

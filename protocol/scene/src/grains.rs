@@ -107,6 +107,9 @@ pub struct Grain {
     /// Does it start as the fluid moves and turns at its centre? `velocity` and `spin` come on top.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_fluid: bool,
+    /// The wall that it goes with, where a rough wall says so.
+    #[serde(skip)]
+    pub wall: Option<usize>,
 }
 
 fn upright() -> [f64; 4] {
@@ -134,6 +137,7 @@ impl Grain {
             motion: Motion::Free,
             locked: Vec::new(),
             with_fluid: false,
+            wall: None,
         }
     }
 

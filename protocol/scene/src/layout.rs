@@ -91,7 +91,7 @@ pub(crate) fn lay_out(
         grains.extend(copies.map(|grain| Grain { with_fluid: from.with_fluid, ..grain }));
     }
     for wall in &scene.rough_walls {
-        wall.lay(geometry, &mut grains);
+        wall.lay(geometry, &scene.walls, &mut grains);
     }
     for (index, group) in scene.groups.iter().enumerate() {
         place(group, &scene.domain, &mut grains).map_err(|why| {

@@ -53,4 +53,4 @@ pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};
 pub use shared::{Scene, StopWhen};
 pub use source::SceneSource;
-pub use walls::Wall;
+pub use walls::{Servo, Wall};

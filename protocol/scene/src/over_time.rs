@@ -28,7 +28,14 @@ pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
         }
     }
     for (index, wall) in scene.walls.iter_mut().enumerate() {
-        Place { key: &|| format!("walls[{index}].velocity"), source }.settle(&mut wall.velocity)?;
+        for (name, value) in [("velocity", &mut wall.velocity), ("spin", &mut wall.spin)] {
+            Place { key: &|| format!("walls[{index}].{name}"), source }.settle(value)?;
+        }
+        one_axis(&wall.spin, &format!("walls[{index}].spin"), source)?;
+        if let Some(servo) = &mut wall.servo {
+            let key = || format!("walls[{index}].servo.pressure");
+            Place { key: &key, source }.settle(&mut servo.pressure)?;
+        }
     }
     for (index, grain) in scene.grains.iter_mut().enumerate() {
         for (name, value) in [("velocity", &mut grain.velocity), ("spin", &mut grain.spin)] {
@@ -41,32 +48,23 @@ pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
                 ));
             }
         }
-        if !turns_about_one_axis(&grain.spin) {
-            return Err(source.error(
-                &format!("grains[{index}].spin"),
-                "turns about an axis that changes",
-                "give values along one line, such as [0.0, w, 0.0]",
-            ));
-        }
+        one_axis(&grain.spin, &format!("grains[{index}].spin"), source)?;
     }
     Ok(())
+}
+
+fn one_axis(spin: &OverTime<[f64; 3]>, key: &str, source: &SceneSource) -> Check {
+    source.refuse_if(
+        !spin.is_along_one_line(),
+        key,
+        "turns about an axis that changes",
+        "give values along one line, such as [0.0, w, 0.0]",
+    )
 }
 
 /// Does the value ever have this component?
 pub fn acts_along(value: &OverTime<[f64; 3]>, component: usize) -> bool {
     value.extremes().any(|value| value[component] != 0.0)
-}
-
-/// Do all its values lie along one line, to round-off?
-fn turns_about_one_axis(spin: &OverTime<[f64; 3]>) -> bool {
-    let axis = spin.longest(f64::INFINITY);
-    let across = |w: [f64; 3]| {
-        let parts =
-            (0..3).map(|c| (w[(c + 1) % 3] * axis[(c + 2) % 3] - w[(c + 2) % 3] * axis[(c + 1) % 3]).abs());
-        parts.fold(0.0, f64::max)
-    };
-    let size = axis.iter().map(|w| w * w).sum::<f64>();
-    spin.extremes().all(|w| across(w) <= 1e-12 * size)
 }
 
 /// Where a value is written.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::domain::Geometry;
 use crate::grains::{Grain, Motion};
 use crate::random::SplitMix64;
+use crate::walls::Wall;
 
 /// Arrangement of the centres of a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -18,7 +19,7 @@ pub enum Arrangement {
     Square,
 }
 
-/// A rough wall: fixed grains whose centres fill a rectangle (plane: a line).
+/// A rough wall: grains that stay, or go with a wall, whose centres fill a rectangle (plane: a line).
 ///
 /// They may overlap each other.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -43,6 +44,9 @@ pub struct RoughWall {
     /// Seed of the radii.
     #[serde(default)]
     pub seed: u64,
+    /// Number of the wall that it goes with (`walls`), from 0: it moves as that does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall: Option<usize>,
 }
 
 impl RoughWall {
@@ -82,7 +86,10 @@ impl RoughWall {
     }
 
     /// Appends the grains.
-    pub(crate) fn lay(&self, geometry: Geometry, grains: &mut Vec<Grain>) {
+    pub(crate) fn lay(&self, geometry: Geometry, walls: &[Wall], grains: &mut Vec<Grain>) {
+        let wall = self.wall.and_then(|number| walls.get(number));
+        let motion = if wall.is_some() { Motion::Prescribed } else { Motion::Fixed };
+        let velocity = wall.map(|wall| wall.velocity.clone()).unwrap_or_default();
         let Some((first, second)) = self.axes(geometry) else { return };
         let mut random = SplitMix64(self.seed);
         let step = self.spacing();
@@ -104,7 +111,8 @@ impl RoughWall {
                     position[second] += row as f64 * across;
                 }
                 let radius = random.about(self.radius, self.radius_spread);
-                grains.push(Grain { motion: Motion::Fixed, ..Grain::at(position, radius, self.density) });
+                let (velocity, wall) = (velocity.clone(), self.wall);
+                grains.push(Grain { motion, velocity, wall, ..Grain::at(position, radius, self.density) });
             }
         }
     }

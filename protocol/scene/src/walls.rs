@@ -1,26 +1,48 @@
 //! Plane walls as written.
 
-use bedload_over_time::OverTime;
+use bedload_over_time::{OverTime, cross, length};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::domain::Domain;
 
 /// A plane that grains touch.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// A point of the plane, m.
+    /// A point of the plane at t = 0, m.
     pub point: [f64; 3],
-    /// Normal, into the room of the grains (any length).
+    /// Normal at t = 0, into the room of the grains (any length).
     pub normal: [f64; 3],
     /// Velocity, m/s.
     #[serde(default)]
     pub velocity: OverTime<[f64; 3]>,
-    /// The wall is there from this time on, s; it moves from time zero on all the same.
+    /// Angular velocity about an axis that keeps its direction, rad/s: the plane turns.
+    #[serde(default)]
+    pub spin: OverTime<[f64; 3]>,
+    /// A point of the axis at t = 0, m, which moves with `velocity`; `point` if absent.
+    pub about: Option<[f64; 3]>,
+    /// Moves along its normal so that the grains press it as given.
+    pub servo: Option<Servo>,
+    /// The wall is there from this time on, s; it moves from time zero on all the same, a servo from this
+    /// time.
     #[serde(default)]
     pub from: f64,
     /// The wall vanishes at this time, s (a gate).
     #[serde(default = "forever")]
     pub until: f64,
+}
+
+/// What a wall along its normal follows.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Servo {
+    /// Normal force of the contacts per area that it comes to, Pa (plane: N/m per unit depth).
+    pub pressure: OverTime<f64>,
+    /// Speed along the normal at most, m/s.
+    pub largest_speed: f64,
+    /// Area, m² (plane: m); by default the cross-section of the box, where the normal lies along an axis.
+    pub area: Option<f64>,
 }
 
 pub(crate) fn forever() -> f64 {
@@ -30,6 +52,52 @@ pub(crate) fn forever() -> f64 {
 impl Wall {
     /// A wall that stays.
     pub fn at_rest(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self { point, normal, velocity: OverTime::default(), from: 0.0, until: f64::INFINITY }
+        let (velocity, spin) = (OverTime::default(), OverTime::default());
+        let (about, servo, until) = (None, None, forever());
+        Self { point, normal, velocity, spin, about, servo, from: 0.0, until }
+    }
+
+    /// Whether it ever moves.
+    pub fn moves(&self) -> bool {
+        !self.velocity.is_zero() || !self.spin.is_zero() || self.servo.is_some()
+    }
+
+    /// A point of the plane and its unit normal at time `t`, s; a servo has not moved it.
+    pub fn at(&self, t: f64) -> [[f64; 3]; 2] {
+        let (about, moved) = (self.about.unwrap_or(self.point), self.velocity.integral(t));
+        let arm = self.spin.turn(&std::array::from_fn(|c| self.point[c] - about[c]), t);
+        let size = length(&self.normal);
+        let point = std::array::from_fn(|c| about[c] + moved[c] + arm[c]);
+        [point, self.spin.turn(&self.normal.map(|n| n / size), t)]
+    }
+
+    /// Largest speed of its surface in the box up to `until`, s.
+    pub fn largest_speed(&self, domain: &Domain, until: f64) -> f64 {
+        let spin = self.spin.longest(until);
+        let about = self.about.unwrap_or(self.point);
+        let corner = |number: usize| {
+            let mut arm = [0.0; 3];
+            for axis in 0..domain.dimensions() {
+                let c = domain.geometry.component(axis);
+                let side = if number >> axis & 1 == 0 { &domain.lower } else { &domain.upper };
+                arm[c] = side[axis] - about[c];
+            }
+            length(&cross(&spin, &arm))
+        };
+        let servo = self.servo.as_ref().map_or(0.0, |servo| servo.largest_speed);
+        let turning = if spin == [0.0; 3] { 0.0 } else { (0..8).map(corner).fold(0.0, f64::max) };
+        self.velocity.largest(until) + servo + turning
+    }
+
+    /// Area on which a servo acts, m² (plane: m): as given, or the cross-section of the box.
+    pub fn area(&self, domain: &Domain) -> Option<f64> {
+        let across = (0..domain.dimensions()).filter(|axis| {
+            let c = domain.geometry.component(*axis);
+            (0..3).all(|other| (self.normal[other] != 0.0) == (other == c))
+        });
+        let along = |axis: usize| (0..domain.dimensions()).filter(move |other| *other != axis);
+        let of_box =
+            across.map(|axis| along(axis).map(|a| domain.upper[a] - domain.lower[a]).product()).next();
+        self.servo.as_ref()?.area.or(of_box)
     }
 }

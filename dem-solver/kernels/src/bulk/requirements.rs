@@ -46,6 +46,9 @@ pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
     if spec.walls.len() > usize::from(u16::MAX) {
         return Some(format!("there are {} walls", spec.walls.len()));
     }
+    if let Some(w) = spec.walls.iter().position(|wall| wall.servo.is_some() || !wall.spin.is_zero()) {
+        return Some(format!("wall {w} turns or follows a pressure"));
+    }
     let only_turns = |grain: &Grain| {
         grain.motion == Motion::Free
             && grain.free.translation == [false; 3]

@@ -85,6 +85,9 @@ impl BodyContacts {
                 let push = Vec3::new(force[0], 0.0, force[1]);
                 forces.contact[place.first] += push;
                 forces.torque[place.first].y += turning(place.arms.0, *force);
+                if let Some((wall, _)) = place.wall {
+                    forces.walls[wall] -= push;
+                }
                 if let Some(j) = place.second {
                     forces.contact[j] -= push;
                     forces.torque[j].y -= turning(place.arms.1, *force);
@@ -132,7 +135,7 @@ impl BodyContacts {
                 let place = Place {
                     first: i,
                     second: Some(j),
-                    wall: [0.0; 2],
+                    wall: None,
                     normal: touch.normal,
                     gap: touch.gap,
                     arms: (touch.arm, plus(touch.arm, apart)),
@@ -149,14 +152,16 @@ impl BodyContacts {
         pairs.finish();
         walls.begin();
         for &[first, second] in &lists.body_walls {
-            let (i, wall) = (first as usize, &around.walls[second as usize]);
+            let (i, w) = (first as usize, second as usize);
+            let (wall, stand) = (&around.walls[w], &scene.stands[w]);
             walls.go_to(first, second);
             if !wall.acts(scene.kinematics.t) {
                 continue;
             }
             let law = &around.law;
-            let height = wall.gap(&grains.position[i], 0.0, scene.kinematics.t);
-            let normal = flat(&wall.normal);
+            let x0 = grains.position[i];
+            let height = stand.gap(&x0, 0.0);
+            let normal = flat(&stand.normal);
             let mut lowest = f64::INFINITY;
             let mut at = |feature: usize, x: Vec2, walls: &mut Points| {
                 let gap = height + dot(x, normal);
@@ -169,14 +174,9 @@ impl BodyContacts {
                 // A wall does not yield: the point lies in its plane.
                 let arm = [x[0] - normal[0] * gap, x[1] - normal[1] * gap];
                 let arms = (arm, [0.0; 2]);
-                let place = Place {
-                    first: i,
-                    second: None,
-                    wall: flat(&wall.velocity_at(scene.kinematics.t)),
-                    normal,
-                    gap,
-                    arms,
-                };
+                let velocity = stand.velocity_at(&(x0 + Vec3::new(arm[0], 0.0, arm[1])));
+                let place =
+                    Place { first: i, second: None, wall: Some((w, flat(&velocity))), normal, gap, arms };
                 act(scene, law, walls, (second, feature, old), place, &mut met);
             };
             match placed.form(grains, i) {
@@ -203,9 +203,10 @@ impl BodyContacts {
 
     /// Gap between a grain and a wall, m.
     pub(crate) fn gap_to_wall(&self, grains: &Grains, i: usize, wall: &Plane, t: f64) -> f64 {
-        let normal = flat(&wall.normal);
+        let stand = wall.at(t);
+        let normal = flat(&stand.normal);
         let lowest = self.placed.form(grains, i).support([-normal[0], -normal[1]]);
-        wall.gap(&grains.position[i], -dot(lowest, normal), t)
+        stand.gap(&grains.position[i], -dot(lowest, normal))
     }
 }
 

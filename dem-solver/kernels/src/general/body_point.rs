@@ -18,8 +18,8 @@ pub(crate) struct Place {
     pub(crate) first: usize,
     /// The other grain; none at a wall.
     pub(crate) second: Option<usize>,
-    /// Velocity of the wall, m/s.
-    pub(super) wall: Vec2,
+    /// Number of the wall, and its velocity at the point, m/s.
+    pub(crate) wall: Option<(usize, Vec2)>,
     /// From the second to the first.
     pub(crate) normal: Vec2,
     pub(crate) gap: f64,
@@ -41,7 +41,8 @@ impl Place {
             [v.x + w * arm[1], v.z - w * arm[0]]
         };
         let one = at(self.first, self.arms.0);
-        let other = self.second.map_or(self.wall, |j| at(j, self.arms.1));
+        let of_wall = || self.wall.map_or([0.0; 2], |(_, velocity)| velocity);
+        let other = self.second.map_or_else(of_wall, |j| at(j, self.arms.1));
         let relative = [one[0] - other[0], one[1] - other[1]];
         Rates { gap: dot(relative, self.normal), slip: dot(relative, across(self.normal)) }
     }

@@ -8,7 +8,7 @@ use crate::grains::Grains;
 use crate::laws::coefficients::LinearPair;
 use crate::laws::rolling::{Roll, Rolling, grow, rolling_rate};
 use crate::laws::tangential::{carry, tangential_force};
-use crate::laws::walls::Plane;
+use crate::laws::walls::Stand;
 use crate::laws::wan_turek::WanTurek;
 use crate::motion::Vec3;
 
@@ -44,15 +44,17 @@ pub(crate) struct Partners {
     pub(crate) first: usize,
     /// The other grain; none at a wall.
     pub(crate) second: Option<usize>,
-    /// Velocity of the wall, m/s.
+    /// Velocity of the wall at the contact, m/s.
     pub(crate) wall: Vec3,
+    /// Angular velocity of the wall, rad/s.
+    pub(crate) wall_spin: Vec3,
 }
 
 impl Partners {
     /// Relative motion for the velocities and spins of all grains.
     #[inline(always)]
     pub(crate) fn relative(&self, velocity: &[Vec3], spin: &[Vec3]) -> Relative {
-        let (v, w) = self.second.map_or((self.wall, Vec3::zeros()), |j| (velocity[j], spin[j]));
+        let (v, w) = self.second.map_or((self.wall, self.wall_spin), |j| (velocity[j], spin[j]));
         Relative { velocity: velocity[self.first] - v, spin: (spin[self.first], w) }
     }
 
@@ -71,7 +73,7 @@ pub(crate) struct Near {
     /// From the second to the first.
     pub(crate) normal: Vec3,
     pub(crate) gap: f64,
-    /// Distance of the centres, or infinite for a wall: its normal does not turn.
+    /// Distance of the centres, or infinite for a wall, whose normal turns by itself alone.
     pub(crate) distance: f64,
 }
 
@@ -80,14 +82,16 @@ impl Near {
     #[inline(always)]
     pub(crate) fn grains(i: usize, j: usize, apart: &Vec3, distance: f64, gap: f64) -> Self {
         let normal = if distance > 0.0 { apart / distance } else { Vec3::z() };
-        let partners = Partners { first: i, second: Some(j), wall: Vec3::zeros() };
+        let zero = Vec3::zeros();
+        let partners = Partners { first: i, second: Some(j), wall: zero, wall_spin: zero };
         Self { partners, normal, gap, distance }
     }
 
-    /// Grain `i` at a wall.
+    /// Grain `i` at a wall; `foot` is the point of contact.
     #[inline(always)]
-    pub(crate) fn wall(i: usize, wall: &Plane, gap: f64, t: f64) -> Self {
-        let partners = Partners { first: i, second: None, wall: wall.velocity_at(t) };
+    pub(crate) fn wall(i: usize, wall: &Stand, gap: f64, foot: &Vec3) -> Self {
+        let partners =
+            Partners { first: i, second: None, wall: wall.velocity_at(foot), wall_spin: wall.spin };
         Self { partners, normal: wall.normal, gap, distance: f64::INFINITY }
     }
 
@@ -168,8 +172,10 @@ impl Relative {
     /// Rotation rate of the contact frame, rad/s (see [`crate::laws::tangential`]).
     #[inline(always)]
     fn turning(&self, frame: &Frame) -> Vec3 {
-        let n = &frame.near.normal;
-        n.cross(&self.velocity) / frame.near.distance + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
+        let (n, wall) = (&frame.near.normal, &frame.near.partners.wall_spin);
+        n.cross(&self.velocity) / frame.near.distance
+            + n * (0.5 * n.dot(&(self.spin.0 + self.spin.1)))
+            + (wall - n * n.dot(wall))
     }
 }
 

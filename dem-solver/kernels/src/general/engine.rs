@@ -106,6 +106,7 @@ impl General {
             Integrator::SymplecticEuler => {
                 evaluation.evaluate(window, t, dt, SpringStep::Before);
                 evaluation.tally(window.observed, 1.0);
+                evaluation.follow(window.around, t, dt);
                 self.kick_and_drift(window, t, dt, dt)
             }
             Integrator::VelocityVerlet => {
@@ -114,6 +115,7 @@ impl General {
                 window.fall(t + 0.5 * dt, t + dt);
                 self.evaluate_ahead(window, t + dt, dt);
                 self.evaluation.tally(window.observed, 0.5);
+                self.evaluation.follow(window.around, t + dt, dt);
                 self.evaluation.kick(0.5 * dt, window.grains, window.response)
             }
             Integrator::Rk3 => {
@@ -134,7 +136,8 @@ impl General {
         }
         evaluation.refresh(&speed, window.grains, window.around, t, dt);
         evaluation.lubricate(window, t, dt);
-        drift(dt, t, window.grains, &evaluation.prescribed);
+        drift(dt, t, window.grains, (&evaluation.prescribed, &window.around.walls));
+        evaluation.set_prescribed(window.grains, &window.around.walls, t + dt);
         speed
     }
 

@@ -6,11 +6,12 @@ use crate::general::energy::Account;
 use crate::general::forces::{Forces, Scene, contact_forces};
 use crate::general::integrate::{Speed, kick};
 use crate::general::pair_lanes::PairLanes;
+use crate::grain::Grain;
 use crate::grains::{Grains, Response};
-use crate::laws::walls::Plane;
+use crate::laws::walls::{Plane, Stand};
 use crate::lubrication::law::LubricationModel;
 use crate::lubrication::simultaneous::LubricationSolver;
-use crate::motion::{Motion, Vec3};
+use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::search::lists::Neighbours;
 use crate::spec::DemSpec;
@@ -20,7 +21,7 @@ use bedload_over_time::OverTime;
 /// What the engine works on over a window.
 pub(crate) struct Window<'a> {
     pub(crate) grains: &'a mut Grains,
-    pub(crate) around: &'a Surroundings,
+    pub(crate) around: &'a mut Surroundings,
     pub(crate) response: &'a mut Response,
     pub(crate) observed: &'a mut Observations,
     /// Where it changes over time.
@@ -50,26 +51,46 @@ pub(crate) struct Evaluation {
     model: Option<(LubricationModel, u32)>,
     lubrication: LubricationSolver,
     lanes: PairLanes,
-    /// Grains whose velocity is a function of time.
-    pub(super) prescribed: Vec<u32>,
+    /// Grains whose velocity is a function of time or goes with a wall that has a servo.
+    pub(super) prescribed: Vec<Led>,
     wall_speed: f64,
+    /// The walls at the time of the evaluation.
+    stands: Vec<Stand>,
+}
+
+/// A grain that forces do not move, and the wall with a servo that it goes with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Led {
+    pub(super) grain: u32,
+    wall: Option<u32>,
+}
+
+impl Led {
+    /// Velocity that the wall adds, m/s.
+    pub(super) fn push(&self, walls: &[Plane]) -> Vec3 {
+        self.wall.and_then(|wall| walls[wall as usize].push()).unwrap_or_default()
+    }
 }
 
 impl Evaluation {
     pub(super) fn new(spec: &DemSpec, grains: &Grains, around: &Surroundings) -> Self {
         let sweeps = spec.lubrication.settings().map(|settings| settings.sweeps);
         let speed = around.walls.iter().map(Plane::approach);
-        let varies = |(_, motion): &(u32, &Motion)| motion.varies();
+        let led = |(grain, of): (u32, &Grain)| {
+            let wall = of.wall.filter(|wall| around.walls[*wall as usize].servo.is_some());
+            (of.motion.varies() || wall.is_some()).then_some(Led { grain, wall })
+        };
         Self {
             lists: Neighbours::new(around.range, spec.skin(), grains.len()),
-            forces: Forces::new(grains.len()),
+            forces: Forces::new(grains.len(), around.walls.len()),
             bodies: BodyContacts::new(grains, &spec.outlines),
             account: spec.energy.then(Box::default),
             model: spec.lubrication_model().zip(sweeps),
             lubrication: LubricationSolver::new(spec.bulk.plain),
             lanes: PairLanes::new(spec.bulk.plain),
-            prescribed: (0u32..).zip(&grains.motion).filter(varies).map(|(i, _)| i).collect(),
+            prescribed: (0u32..).zip(&spec.grains).filter_map(led).collect(),
             wall_speed: speed.fold(0.0, f64::max),
+            stands: Vec::with_capacity(around.walls.len()),
         }
     }
 
@@ -103,11 +124,24 @@ impl Evaluation {
     ) {
         let lists = (&mut self.lists.pairs, &mut self.lists.walls);
         let account = self.account.as_deref_mut();
-        let scene = Scene { around, grains, response, kinematics };
+        self.stands.clear();
+        self.stands.extend(around.walls.iter().map(|wall| wall.at(kinematics.t)));
+        let scene = Scene { around, grains, response, kinematics, stands: &self.stands };
         contact_forces(&scene, lists, &mut self.lanes, &mut self.forces, observed, account);
         if let Some(bodies) = &mut self.bodies {
             bodies.add_forces(&scene, &self.lists, &mut self.forces, observed);
         }
+    }
+
+    /// Walls with a servo take the present forces, of time `t`, for the next `dt`.
+    pub(super) fn follow(&mut self, around: &mut Surroundings, t: f64, dt: f64) {
+        let Forces { walls: forces, contact, .. } = &mut self.forces;
+        for led in &self.prescribed {
+            if let Some(wall) = led.wall {
+                forces[wall as usize] += contact[led.grain as usize];
+            }
+        }
+        around.walls.iter_mut().zip(forces).for_each(|(wall, force)| wall.follow(*force, t, dt));
     }
 
     /// v ← v + h (a + W F) for the present forces.
@@ -169,11 +203,11 @@ impl Evaluation {
     }
 
     /// Sets the velocities that are functions of time.
-    pub(super) fn set_prescribed(&self, grains: &mut Grains, t: f64) {
-        for &i in &self.prescribed {
-            let (velocity, spin) = grains.motion[i as usize].velocity_at(t);
-            grains.velocity[i as usize] = velocity;
-            grains.spin[i as usize] = spin;
+    pub(super) fn set_prescribed(&self, grains: &mut Grains, walls: &[Plane], t: f64) {
+        for led in &self.prescribed {
+            let (i, (velocity, spin)) =
+                (led.grain as usize, grains.motion[led.grain as usize].velocity_at(t));
+            (grains.velocity[i], grains.spin[i]) = (velocity + led.push(walls), spin);
         }
     }
 }

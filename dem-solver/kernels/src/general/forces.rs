@@ -6,6 +6,7 @@ use crate::general::pair_lanes::{PairLanes, PairPass};
 use crate::grains::{Grains, Response};
 use crate::laws::rolling::Roll;
 use crate::laws::table::PairLaw;
+use crate::laws::walls::Stand;
 use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::search::contact_list::ContactList;
@@ -21,6 +22,8 @@ pub(crate) struct Forces {
     pub torque: Vec<Vec3>,
     /// Lubrication forces, N.
     pub lubrication: Vec<Vec3>,
+    /// Contact forces on the walls, N.
+    pub walls: Vec<Vec3>,
     /// Contacts that bear a force.
     pub contacts: usize,
     /// Largest overlap met, m.
@@ -28,10 +31,10 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Room for `n` grains.
-    pub(crate) fn new(n: usize) -> Self {
-        let zeros = vec![Vec3::zeros(); n];
-        Self { contact: zeros.clone(), torque: zeros.clone(), lubrication: zeros, ..Self::default() }
+    /// Room for `n` grains and some walls.
+    pub(crate) fn new(n: usize, walls: usize) -> Self {
+        let (zeros, walls) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); walls]);
+        Self { contact: zeros.clone(), torque: zeros.clone(), lubrication: zeros, walls, ..Self::default() }
     }
 }
 
@@ -42,6 +45,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) grains: &'a Grains,
     pub(crate) response: &'a Response,
     pub(crate) kinematics: &'a Kinematics<'a>,
+    /// The walls at the time of `kinematics`.
+    pub(crate) stands: &'a [Stand],
 }
 
 /// Contact forces of all pairs and walls; springs take their step on the way, and an account what it needs.
@@ -56,8 +61,9 @@ pub(crate) fn contact_forces(
     if let Some(account) = &mut account {
         account.clear();
     }
+    forces.walls.fill(Vec3::zeros());
     forces.contacts = 0;
-    let Scene { around, grains, response, kinematics } = *scene;
+    let Scene { around, grains, response, kinematics, .. } = *scene;
     let linear = match &around.law {
         PairLaw::Linear(law) if account.is_none() && around.rolling.is_none() => Some(law),
         _ => None,
@@ -113,25 +119,27 @@ fn wall_forces(
     observed: &mut Observations,
     mut account: Option<&mut Account>,
 ) {
-    let Scene { around, grains, kinematics, .. } = *scene;
+    let Scene { around, grains, kinematics, stands, .. } = *scene;
     for i in 0..grains.len() {
-        let r = grains.radius[i];
+        let (x, r) = (&grains.position[i], grains.radius[i]);
         for k in list.row(i) {
-            let wall = &around.walls[list.other[k] as usize];
+            let w = list.other[k] as usize;
+            let (wall, stand) = (&around.walls[w], &stands[w]);
             if !wall.acts(kinematics.t) {
                 list.touching[k] = false;
                 list.spring[k] = Vec3::zeros();
                 list.rolling[k] = Vec3::zeros();
                 continue;
             }
-            let gap = wall.gap(&grains.position[i], r, kinematics.t);
+            let gap = stand.gap(x, r);
             if gap > around.range && !list.touching[k] {
                 continue;
             }
             note_gap(observed, forces, i, gap);
             if acts(&around.law, gap, list.touching[k]) {
-                let near = Near::wall(i, wall, gap, kinematics.t);
-                touch(scene, &near, list, k, forces, observed, account.as_deref_mut());
+                let near = Near::wall(i, stand, gap, &(x - stand.normal * (r + gap)));
+                let force = touch(scene, &near, list, k, forces, observed, account.as_deref_mut());
+                forces.walls[w] -= force;
             }
         }
     }
@@ -143,7 +151,8 @@ fn acts(law: &PairLaw, gap: f64, touching: bool) -> bool {
     gap < 0.0 || touching || matches!(law, PairLaw::WanTurek(_))
 }
 
-/// Adds force and torque of the contact that is entry `k` of `list`, and takes its step.
+/// Adds force and torque of the contact that is entry `k` of `list`, and takes its step; returns the force on
+/// the first partner, N.
 #[inline(always)]
 fn touch(
     scene: &Scene<'_>,
@@ -153,20 +162,21 @@ fn touch(
     forces: &mut Forces,
     observed: &mut Observations,
     account: Option<&mut Account>,
-) {
-    let Scene { around, grains, response, kinematics } = *scene;
+) -> Vec3 {
+    let Scene { around, grains, response, kinematics, .. } = *scene;
     let Near { partners, normal, .. } = *near;
     let (i, second) = (partners.first, partners.second);
     if let PairLaw::WanTurek(law) = &around.law {
         let size = near.repulsion(law, grains);
         let rate = partners.relative(kinematics.velocity, kinematics.spin).velocity.dot(&normal);
-        push(&mut forces.contact, &partners, &(normal * size));
+        let force = normal * size;
+        push(&mut forces.contact, &partners, &force);
         forces.contacts +=
             usize::from(note_event(&mut list.touching[k], size > 0.0, rate, observed, &partners));
-        return;
+        return force;
     }
     let mass = response.effective_mass(grains, i, second);
-    let Some(law) = around.law.at(mass) else { return };
+    let Some(law) = around.law.at(mass) else { return Vec3::zeros() };
     let arms = near.arms(grains);
     let frame = Frame { near: *near, mass, arms, begins: !list.touching[k] };
     let old = list.spring[k];
@@ -187,11 +197,12 @@ fn touch(
     if let Some(rolls) = &around.rolling {
         let radius = partners.radius(grains);
         let inertia = rolling_inertia(grains, response, i, second);
-        let force = (force - tangential).dot(&normal);
-        let roll = Roll { normal, force, stiffness: law.stiffness * mass, radius, inertia };
+        let along = (force - tangential).dot(&normal);
+        let roll = Roll { normal, force: along, stiffness: law.stiffness * mass, radius, inertia };
         let torque = roll_torque(rolls, &roll, &frame, kinematics, &mut list.rolling[k]);
         push(&mut forces.torque, &partners, &torque);
     }
+    force
 }
 
 /// Adds to the first partner's sum, and takes as much from the second's.

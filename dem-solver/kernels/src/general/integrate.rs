@@ -1,6 +1,8 @@
 //! Kick and drift.
 
+use crate::general::evaluation::Led;
 use crate::grains::{Grains, Response};
+use crate::laws::walls::Plane;
 use crate::motion::{Vec3, rotate};
 
 /// What a kick saw.
@@ -52,11 +54,11 @@ pub(super) fn kick(
 
 /// x ← x + dt v, and orientations by the exponential map of dt ω. Prescribed motion follows its exact
 /// path from `t` to `t + dt`.
-pub(super) fn drift(dt: f64, t: f64, grains: &mut Grains, prescribed: &[u32]) {
-    for &i in prescribed {
-        let (velocity, spin) = grains.motion[i as usize].mean_velocity(t, dt);
-        grains.velocity[i as usize] = velocity;
-        grains.spin[i as usize] = spin;
+pub(super) fn drift(dt: f64, t: f64, grains: &mut Grains, (prescribed, walls): (&[Led], &[Plane])) {
+    for led in prescribed {
+        let (i, (velocity, spin)) =
+            (led.grain as usize, grains.motion[led.grain as usize].mean_velocity(t, dt));
+        (grains.velocity[i], grains.spin[i]) = (velocity + led.push(walls), spin);
     }
     let n = grains.len();
     let (position, orientation) = (&mut grains.position[..n], &mut grains.orientation[..n]);
@@ -64,10 +66,5 @@ pub(super) fn drift(dt: f64, t: f64, grains: &mut Grains, prescribed: &[u32]) {
     for i in 0..n {
         position[i] += velocity[i] * dt;
         rotate(&mut orientation[i], &spin[i], dt);
-    }
-    for &i in prescribed {
-        let (velocity, spin) = grains.motion[i as usize].velocity_at(t + dt);
-        grains.velocity[i as usize] = velocity;
-        grains.spin[i as usize] = spin;
     }
 }

@@ -44,7 +44,7 @@ impl Rk3 {
         let mut speed = Speed { largest2: 0.0, finite: true };
         for (at, old, weight) in STAGES {
             let time = t + at * dt;
-            evaluation.set_prescribed(window.grains, time);
+            evaluation.set_prescribed(window.grains, &window.around.walls, time);
             window.fall(time, time);
             evaluation.evaluate(window, time, dt, SpringStep::After);
             evaluation.tally(window.observed, weight);
@@ -59,7 +59,7 @@ impl Rk3 {
         }
         forget(&mut evaluation.lists.pairs);
         forget(&mut evaluation.lists.walls);
-        evaluation.set_prescribed(window.grains, t + dt);
+        evaluation.set_prescribed(window.grains, &window.around.walls, t + dt);
         for (orientation, spin) in window.grains.orientation.iter_mut().zip(&self.mean_spin) {
             rotate(orientation, spin, dt);
         }

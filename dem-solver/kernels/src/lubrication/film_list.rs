@@ -130,8 +130,9 @@ impl FilmList {
             }
             let wall = &walls[(second - grains) as usize];
             let [x, y, z, r] = rows.place[i];
-            let gap = wall.gap(&[x, y, z].into(), r, t);
-            self.near[at] = [wall.normal.x, wall.normal.y, wall.normal.z, gap];
+            let stand = wall.at(t);
+            let (n, gap) = (stand.normal, stand.gap(&[x, y, z].into(), r));
+            self.near[at] = [n.x, n.y, n.z, gap];
             if wall.acts(t) && self.reaches(rows, at, dt) {
                 self.acts[at / 8] |= 1 << (at % 8);
             }

@@ -86,8 +86,10 @@ impl Neighbours {
             take(found, i, body_pairs, |j| grains.is_round(i) && grains.is_round(j as usize));
         });
         rebuild(walls, spare, found, grains.len(), |i, found| {
+            // A wall that turns comes from afar: it has all grains.
             let near = |plane: &Plane| {
-                plane.stands(t) && plane.gap(&grains.position[i], grains.radius[i], t) < reach
+                let gap = || plane.gap(&grains.position[i], grains.radius[i], t);
+                plane.stands(t) && (plane.turns.is_some() || gap() < reach)
             };
             let planes = (0u32..).zip(planes).filter(|(_, plane)| grains.responds(i) && near(plane));
             found.extend(planes.map(|(w, _)| w));

@@ -50,6 +50,15 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
         let bed = Bed { key: &key, source, corners: [lower, upper], radius: *radius, spread: *radius_spread };
         bed.check(*density)?;
         positive(source, &key("spacing"), wall.spacing())?;
+        if let Some(number) = wall.wall {
+            let with = scene.walls.get(number);
+            source.refuse_if(
+                with.is_none_or(|wall| !wall.spin.is_zero()),
+                &key("wall"),
+                format_args!("is {number}; allowed: the number of a wall that does not turn, from 0"),
+                "name one of [[walls]] without `spin`, or leave it out: then the layer stays",
+            )?;
+        }
         source.refuse_if(
             scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry),
             &key("upper"),

@@ -34,7 +34,8 @@ pub(super) fn in_geometry(
     }
 }
 
-fn refuse(
+/// Refuses some components.
+pub(super) fn refuse(
     value: &OverTime<[f64; 3]>,
     components: &[usize],
     key: &str,

@@ -19,11 +19,12 @@ mod metrics;
 mod missing;
 mod observe;
 
-use super::domain::InitialVelocity;
+use super::domain::{Geometry, InitialVelocity};
 use super::open;
 use super::shared::Scene;
 use super::source::SceneSource;
 use crate::over_time::acts_along;
+use bedload_over_time::{cross, length};
 use check::{Check, finite, not_negative, positive};
 pub(super) use grains::grains;
 pub(super) use metrics::metrics;
@@ -109,6 +110,80 @@ fn stop(scene: &Scene, source: &SceneSource) -> Check {
     Ok(())
 }
 
+/// A wall that turns: about an axis of the geometry, and into no periodic axis.
+fn turning(scene: &Scene, index: usize, source: &SceneSource) -> Check {
+    let (wall, geometry) = (&scene.walls[index], scene.domain.geometry);
+    let key = format!("walls[{index}].spin");
+    let about = format!("walls[{index}].about");
+    finite(source, &about, &wall.about.unwrap_or_default())?;
+    let turns = !wall.spin.is_zero();
+    source.refuse_if(
+        wall.about.is_some() && !turns,
+        &about,
+        "is a point of the axis of a wall that does not turn",
+        "give `spin`, or leave it out",
+    )?;
+    match geometry {
+        Geometry::Space => {}
+        Geometry::Plane => {
+            missing::refuse(&wall.spin, &[0, 2], &key, "out of the plane (x, z)", "along y alone", source)?;
+        }
+        Geometry::Axisymmetric => {
+            let what = "a wall of an axisymmetric scene does not turn";
+            missing::refuse(&wall.spin, &[0, 1, 2], &key, what, "as zero", source)?;
+        }
+    }
+    for (c, name) in
+        ["x", "y", "z"].into_iter().enumerate().filter(|(c, _)| scene.domain.periods()[*c].is_some())
+    {
+        let others = [(c + 1) % 3, (c + 2) % 3];
+        let what = format!("{name} is periodic, and the wall would not repeat along it");
+        missing::refuse(&wall.spin, &others, &key, &what, &format!("along {name} alone"), source)?;
+    }
+    Ok(())
+}
+
+/// A wall that follows a pressure along its normal.
+fn servo(scene: &Scene, index: usize, source: &SceneSource) -> Check {
+    let wall = &scene.walls[index];
+    let Some(servo) = &wall.servo else { return Ok(()) };
+    let key = |name: &str| format!("walls[{index}].{name}");
+    source.refuse_if(
+        scene.domain.geometry == Geometry::Axisymmetric,
+        &key("servo"),
+        "follows the pressure of a bed, and an axisymmetric scene has its grains on the axis",
+        "use geometry = \"space\"",
+    )?;
+    positive(source, &key("servo.largest_speed"), servo.largest_speed)?;
+    if let Some(pull) = servo.pressure.extremes().find(|pressure| *pressure < 0.0) {
+        not_negative(source, &key("servo.pressure"), pull)?;
+    }
+    let Some(area) = wall.area(&scene.domain) else {
+        return Err(source.error(
+            &key("servo"),
+            format!("has no area: the normal {:?} lies along no axis of the box", wall.normal),
+            "give `area` in m² (plane: m)",
+        ));
+    };
+    positive(source, &key("servo.area"), area)?;
+    let size = length(&wall.normal);
+    let along =
+        |v: [f64; 3]| (0..3).map(|c| v[c] * wall.normal[c]).sum::<f64>().abs() > 1e-12 * size * length(&v);
+    source.refuse_if(
+        wall.velocity.extremes().any(along),
+        &key("velocity"),
+        "has a part along the normal, where the servo decides",
+        "give the part along the plane alone, or leave `servo` out",
+    )?;
+    let tilts = |w: [f64; 3]| length(&cross(&w, &wall.normal)) > 1e-12 * size * length(&w);
+    source.refuse_if(
+        wall.spin.extremes().any(tilts),
+        &key("spin"),
+        "tilts a wall that follows a pressure along its normal",
+        "turn it about its normal alone, or leave `servo` out",
+    )
+}
+
 fn walls(scene: &Scene, source: &SceneSource) -> Check {
     for (index, wall) in scene.walls.iter().enumerate() {
         let key = |name: &str| format!("walls[{index}].{name}");
@@ -123,6 +198,8 @@ fn walls(scene: &Scene, source: &SceneSource) -> Check {
         let geometry = scene.domain.geometry;
         missing::along_axis(&wall.normal.into(), geometry, &key("normal"), source)?;
         missing::along_axis(&wall.velocity, geometry, &key("velocity"), source)?;
+        turning(scene, index, source)?;
+        servo(scene, index, source)?;
         source.refuse_if(
             !(wall.from.is_finite() && wall.until > wall.from),
             &key("until"),

@@ -147,6 +147,16 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "wall without normal": "normal = [0.0, 0.0, 1.0]" => "§normal = [0.0, 0.0, 0.0]"; "walls[0].normal", "0.0";
     "wall nowhere": "point = [0.0, 0.0, 0.25]" => "§point = [0.0, 0.0, nan]"; "walls[0].point", "NaN";
     "wall until never a number": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§until = nan"; "walls[0].until", "NaN";
+    "wall about no axis": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§about = [0.0, 0.0, 1.0]"; "walls[0].about", "does not turn";
+    "wall that turns across a period": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§spin = [0.0, 0.0, 1.0]"; "walls[0].spin", "x is periodic";
+    "wall about two axes": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§spin = [[0.0, [1.0, 0.0, 0.0]], [1.0, [0.0, 1.0, 0.0]]]"; "walls[0].spin", "axis that changes";
+    "servo without a limit": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0 }"; "walls[0].servo.largest_speed", "missing";
+    "servo of a force": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { force = 1.0, largest_speed = 1.0 }"; "walls[0].servo.force", "pressure";
+    "servo at no speed": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0, largest_speed = 0.0 }"; "walls[0].servo.largest_speed", "> 0";
+    "servo that pulls": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = -1.0, largest_speed = 1.0 }"; "walls[0].servo.pressure", "-1";
+    "servo without area": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\n§servo = { pressure = 1.0, largest_speed = 1.0, area = 0.0 }"; "walls[0].servo.area", "> 0";
+    "servo that is moved": "normal = [0.0, 0.0, 1.0]" => "normal = [0.0, 0.0, 1.0]\nservo = { pressure = 1.0, largest_speed = 1.0 }\n§velocity = [0.1, 0.0, 0.1]"; "walls[0].velocity", "servo";
+    "layer on no wall": "[[walls]]" => "[[rough_walls]]\nlower = [0.0, 0.0, 4.0]\nupper = [4.0, 4.0, 4.0]\nradius = 0.5\ndensity = 1.0\n§wall = 1\n[[walls]]"; "rough_walls[0].wall", "is 1";
     "wall across a period": "[[walls]]\npoint = [0.0, 0.0, 0.25]\nnormal = [0.0, 0.0, 1.0]" => "§[[walls]]\npoint = [0.0, 0.0, 0.25]\nnormal = [0.1, 0.0, 1.0]"; "walls[0]", "periodic";
     "group without radius": "[[walls]]" => "§[[groups]]\ncount = 1\nlower = [0.0, 0.0, 1.0]\nupper = [4.0, 4.0, 2.0]\ndensity = 2.0\nseed = 1\n[[walls]]"; "groups[0].radius", "missing field";
     "group in a slot": "[[walls]]" => "[[groups]]\ncount = 1\nlower = [0.0, 0.0, 1.6]\n§upper = [4.0, 4.0, 2.0]\nradius = 0.25\ndensity = 2.0\nseed = 1\n[[walls]]"; "groups[0].upper", "no room", "0.5";
