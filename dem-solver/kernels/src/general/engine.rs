@@ -13,9 +13,9 @@
 
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::evaluation::{Evaluation, Window};
-use crate::general::forces::Forces;
 use crate::general::integrate::{Speed, drift};
 use crate::general::rk3::Rk3;
+use crate::general::sums::Forces;
 use crate::general::window_drag::WindowDrag;
 use crate::grains::Grains;
 use crate::motion::Vec3;

@@ -3,9 +3,10 @@
 use crate::general::bodies::BodyContacts;
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::energy::Account;
-use crate::general::forces::{Forces, Scene, contact_forces};
-use crate::general::integrate::{Speed, kick};
+use crate::general::forces::{Scene, contact_forces};
+use crate::general::integrate::{Led, Speed, kick};
 use crate::general::pair_lanes::PairLanes;
+use crate::general::sums::Forces;
 use crate::grain::Grain;
 use crate::grains::{Grains, Response};
 use crate::laws::walls::{Plane, Stand};
@@ -56,20 +57,6 @@ pub(crate) struct Evaluation {
     wall_speed: f64,
     /// The walls at the time of the evaluation.
     stands: Vec<Stand>,
-}
-
-/// A grain that forces do not move, and the wall with a servo that it goes with.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Led {
-    pub(super) grain: u32,
-    wall: Option<u32>,
-}
-
-impl Led {
-    /// Velocity that the wall adds, m/s.
-    pub(super) fn push(&self, walls: &[Plane]) -> Vec3 {
-        self.wall.and_then(|wall| walls[wall as usize].push()).unwrap_or_default()
-    }
 }
 
 impl Evaluation {

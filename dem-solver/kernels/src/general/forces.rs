@@ -3,6 +3,7 @@
 use crate::general::contact::{Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque};
 use crate::general::energy::{Account, Entry};
 use crate::general::pair_lanes::{PairLanes, PairPass};
+use crate::general::sums::Forces;
 use crate::grains::{Grains, Response};
 use crate::laws::rolling::Roll;
 use crate::laws::table::PairLaw;
@@ -12,31 +13,6 @@ use crate::report::Observations;
 use crate::search::contact_list::ContactList;
 use crate::surroundings::Surroundings;
 use crate::vector::kernel::dispatch;
-
-/// Forces and torques on the grains.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Forces {
-    /// Contact forces, N.
-    pub contact: Vec<Vec3>,
-    /// Contact torques, N m.
-    pub torque: Vec<Vec3>,
-    /// Lubrication forces, N.
-    pub lubrication: Vec<Vec3>,
-    /// Contact forces on the walls, N.
-    pub walls: Vec<Vec3>,
-    /// Contacts that bear a force.
-    pub contacts: usize,
-    /// Largest overlap met, m.
-    pub overlap: f64,
-}
-
-impl Forces {
-    /// Room for `n` grains and some walls.
-    pub(crate) fn new(n: usize, walls: usize) -> Self {
-        let (zeros, walls) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); walls]);
-        Self { contact: zeros.clone(), torque: zeros.clone(), lubrication: zeros, walls, ..Self::default() }
-    }
-}
 
 /// What an evaluation reads.
 #[derive(Clone, Copy)]

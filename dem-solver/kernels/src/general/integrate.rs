@@ -1,9 +1,22 @@
 //! Kick and drift.
 
-use crate::general::evaluation::Led;
 use crate::grains::{Grains, Response};
 use crate::laws::walls::Plane;
 use crate::motion::{Vec3, rotate};
+
+/// A grain that forces do not move, and the wall with a servo that it goes with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Led {
+    pub(super) grain: u32,
+    pub(super) wall: Option<u32>,
+}
+
+impl Led {
+    /// Velocity that the wall adds, m/s.
+    pub(super) fn push(&self, walls: &[Plane]) -> Vec3 {
+        self.wall.and_then(|wall| walls[wall as usize].push()).unwrap_or_default()
+    }
+}
 
 /// What a kick saw.
 #[derive(Clone, Copy, Debug)]

@@ -11,4 +11,5 @@ mod integrate;
 pub(crate) mod pair_lanes;
 mod pair_law;
 mod rk3;
+pub(crate) mod sums;
 mod window_drag;

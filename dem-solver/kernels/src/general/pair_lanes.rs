@@ -5,8 +5,8 @@
 //! the same.
 
 use crate::general::contact::Kinematics;
-use crate::general::forces::Forces;
 use crate::general::pair_law::{Contacts, Law, Relative, cross};
+use crate::general::sums::Forces;
 use crate::grains::{Grains, Response};
 use crate::laws::coefficients::LinearPair;
 use crate::motion::Vec3;
