@@ -215,7 +215,8 @@ fn a_layer_goes_with_its_lid() {
 /// What cannot be is named.
 #[test]
 fn wrong_walls_are_refused() {
-    let refused = |change: &dyn Fn(&mut DemSpec)| {
+    type Change<'a> = &'a dyn Fn(&mut DemSpec);
+    let refused = |change: Change<'_>| {
         let mut set_up = pressed(1.0.into(), Integrator::SymplecticEuler);
         change(&mut set_up);
         set_up.validate().expect_err("wrong").to_string()
@@ -223,7 +224,7 @@ fn wrong_walls_are_refused() {
     let servo = |set_up: &mut DemSpec, change: &dyn Fn(&mut Servo)| {
         change(set_up.walls[1].servo.as_mut().expect("a servo"));
     };
-    let cases: [(&str, &dyn Fn(&mut DemSpec)); 10] = [
+    let cases: [(&str, Change<'_>); 10] = [
         ("the bulk engine", &|s| s.engine = Engine::Bulk),
         ("rk3", &|s| s.integrator = Integrator::Rk3),
         ("along every periodic axis", &|s| s.walls[0].spin = [0.0, 0.0, 1.0].into()),
