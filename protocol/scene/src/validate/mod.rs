@@ -137,8 +137,11 @@ fn turning(scene: &Scene, index: usize, source: &SceneSource) -> Check {
         ["x", "y", "z"].into_iter().enumerate().filter(|(c, _)| scene.domain.periods()[*c].is_some())
     {
         let others = [(c + 1) % 3, (c + 2) % 3];
-        let what = format!("{name} is periodic, and the wall would not repeat along it");
-        missing::refuse(&wall.spin, &others, &key, &what, &format!("along {name} alone"), source)?;
+        if let Some(spin) = wall.spin.extremes().find(|spin| others.iter().any(|c| spin[*c] != 0.0)) {
+            let what = format!("is {spin:?}: {name} is periodic, and the wall would not repeat along it");
+            let remedy = format!("give it along {name} alone, or make {name} not periodic");
+            return Err(source.error(&key, what, &remedy));
+        }
     }
     Ok(())
 }
