@@ -1,6 +1,6 @@
 //! The committed tables of studies, and whether this build still gives what they hold.
 //!
-//! A sample of each table, its cheapest rows, is made again and compared: to [`ROUNDING`] where a row says
+//! A sample of each table, its cheapest rows, is made again and compared: to `ROUNDING` where a row says
 //! which build made it, and so has all its digits, else to those that it has. A table whose sample differs
 //! is stale. `docs/evidence.csv` says which are; the pages that show them repeat it, and `accuracy` refuses
 //! them.
