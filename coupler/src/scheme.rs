@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use bedload_scene::{CheckedScene, Motion, Observe, Wall};
+use bedload_scene::{CheckedScene, Motion, Observe};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 use protocol::scheme::Scheme;
@@ -53,10 +53,7 @@ impl ContactFreeHorizon {
                 .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
                 .collect(),
             swings: scene.grains.iter().map(|grain| grain.velocity.fastest(until)).collect(),
-            wall_speed: walls
-                .iter()
-                .map(|wall: &Wall| wall.largest_speed(&scene.scene.domain, until))
-                .fold(0.0, f64::max),
+            wall_speed: scene.wall_speed(until),
             wall_acceleration: walls.iter().map(|wall| wall.velocity.fastest(until)).fold(0.0, f64::max),
         }
     }

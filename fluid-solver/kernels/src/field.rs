@@ -63,6 +63,13 @@ pub fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
     to[place.clone()].copy_from_slice(&from[place]);
 }
 
+/// Zero on the planes of this process, in those of some fields that there are.
+pub fn clear_own<const D: usize>(grid: &Grid<D>, fields: &mut [Vec<f64>]) {
+    let own = own_planes(grid);
+    let fields = fields.iter_mut().filter(|field| !field.is_empty());
+    fields.for_each(|field| field[own.clone()].fill(0.0));
+}
+
 /// Where the planes of this process lie in a field; without ranks the whole field.
 pub fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
     let own = grid.division.own();

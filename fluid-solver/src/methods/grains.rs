@@ -1,6 +1,6 @@
 //! The grains as every method has them: shapes, masks, motion, and the force on the fluid.
 
-use crate::field::own_planes;
+use crate::field::clear_own;
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, laboratory};
 use crate::immersed::mask_model::MaskModel;
@@ -121,8 +121,7 @@ impl<const D: usize> Grains<D> {
         let (mut places, mut values) = (Places::default(), std::array::from_fn(|_| Vec::new()));
         places.add(grid, &self.immersed);
         places.gather(&self.force, &mut values);
-        let own = own_planes(grid);
-        self.force.iter_mut().for_each(|force| force[own.clone()].fill(0.0));
+        clear_own(grid, &mut self.force);
         places.scatter(&values, &mut self.force);
     }
 }

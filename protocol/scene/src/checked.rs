@@ -99,6 +99,12 @@ impl CheckedScene {
         walls
     }
 
+    /// Largest speed of the surface of those planes in the box up to `until`, s, in m/s.
+    pub fn wall_speed(&self, until: f64) -> f64 {
+        let walls = self.contact_walls();
+        walls.iter().map(|wall| wall.largest_speed(&self.scene.domain, until)).fold(0.0, f64::max)
+    }
+
     /// SHA-256 of the text, and of the files that it reads, in hexadecimal: the identity of the scene.
     /// `[chart]` and `[stability]` do not count: they say which other runs to make, and nothing about this
     /// one.

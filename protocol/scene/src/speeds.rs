@@ -42,10 +42,7 @@ impl Speeds {
         let mut thrown: Vec<f64> = scene.grains.iter().map(|grain| grain.velocity.largest(until)).collect();
         thrown.sort_by(|a, b| b.total_cmp(a));
         let fastest = thrown.first().copied().unwrap_or(0.0);
-        let walls = scene.contact_walls();
-        let walls =
-            walls.iter().map(|wall| wall.largest_speed(&scene.scene.domain, until)).fold(0.0, f64::max);
-        let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(walls);
+        let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(scene.wall_speed(until));
         let grain = fastest.max(falls);
         let undriven = named.max(grain);
         Self { flow, grain, approach: meeting.max(falls), undriven, named_approach: meeting }

@@ -32,9 +32,8 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     if let Some((key, run)) = pictures.chain(differences).chain(tables).find(|(_, label)| !is_run(label)) {
         return wrong(key, format!("is of no run {run:?}"), "name the label of a run");
     }
-    let is_meant = |run: &str| section.runs.iter().any(|it| matches(run, &it.label));
     let mut series = section.drawn().flat_map(|figure| &figure.series);
-    if let Some(series) = series.find(|series| !is_meant(&series.run)) {
+    if let Some(series) = series.find(|series| !is_meant(section, &series.run)) {
         let message = format!("has a series of no run {:?}", series.run);
         return wrong(
             "case.figures",
@@ -47,6 +46,11 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
         value.map(|_| ()).or_else(|what| wrong("case.figure", what, "mend the formula of the curve"))?;
     }
     Ok(())
+}
+
+/// Does a pattern mean any run?
+fn is_meant(section: &Section, pattern: &str) -> bool {
+    section.runs.iter().any(|run| matches(pattern, &run.label))
 }
 
 /// Names that become folders and files.
@@ -78,7 +82,7 @@ fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
 
 fn one(section: &Section, check: &Check) -> Result<(), String> {
     let what = format!("the check of {:?} in run {:?}", check.metric, check.run);
-    if !section.runs.iter().any(|run| matches(&check.run, &run.label)) {
+    if !is_meant(section, &check.run) {
         let labels: Vec<&str> = section.runs.iter().map(|run| run.label.as_str()).collect();
         return Err(format!("{what} names no run; there are {}", labels.join(", ")));
     }

@@ -192,9 +192,7 @@ impl Evaluation {
     /// Sets the velocities that are functions of time.
     pub(super) fn set_prescribed(&self, grains: &mut Grains, walls: &[Plane], t: f64) {
         for led in &self.prescribed {
-            let (i, (velocity, spin)) =
-                (led.grain as usize, grains.motion[led.grain as usize].velocity_at(t));
-            (grains.velocity[i], grains.spin[i]) = (velocity + led.push(walls), spin);
+            led.set(grains, walls, |motion| motion.velocity_at(t));
         }
     }
 }

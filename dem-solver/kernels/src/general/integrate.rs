@@ -2,7 +2,7 @@
 
 use crate::grains::{Grains, Response};
 use crate::laws::walls::Plane;
-use crate::motion::{Vec3, rotate};
+use crate::motion::{Motion, Vec3, rotate};
 
 /// A grain that forces do not move, and the wall with a servo that it goes with.
 #[derive(Clone, Copy, Debug)]
@@ -12,9 +12,12 @@ pub(super) struct Led {
 }
 
 impl Led {
-    /// Velocity that the wall adds, m/s.
-    pub(super) fn push(&self, walls: &[Plane]) -> Vec3 {
-        self.wall.and_then(|wall| walls[wall as usize].push()).unwrap_or_default()
+    /// Sets velocity and spin: those `of` its motion, and what the wall adds.
+    pub(super) fn set(&self, grains: &mut Grains, walls: &[Plane], of: impl Fn(&Motion) -> (Vec3, Vec3)) {
+        let i = self.grain as usize;
+        let (velocity, spin) = of(&grains.motion[i]);
+        let push = self.wall.and_then(|wall| walls[wall as usize].push()).unwrap_or_default();
+        (grains.velocity[i], grains.spin[i]) = (velocity + push, spin);
     }
 }
 
@@ -69,9 +72,7 @@ pub(super) fn kick(
 /// path from `t` to `t + dt`.
 pub(super) fn drift(dt: f64, t: f64, grains: &mut Grains, (prescribed, walls): (&[Led], &[Plane])) {
     for led in prescribed {
-        let (i, (velocity, spin)) =
-            (led.grain as usize, grains.motion[led.grain as usize].mean_velocity(t, dt));
-        (grains.velocity[i], grains.spin[i]) = (velocity + led.push(walls), spin);
+        led.set(grains, walls, |motion| motion.mean_velocity(t, dt));
     }
     let n = grains.len();
     let (position, orientation) = (&mut grains.position[..n], &mut grains.orientation[..n]);

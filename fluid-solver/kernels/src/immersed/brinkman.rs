@@ -69,6 +69,9 @@ pub fn largest_viscous_number(disc: bool, ratio: f64, share: f64) -> f64 {
     root * root
 }
 
+/// Fields that are worked with: mask ratios q, right sides and the last two iterates.
+pub const FIELDS: usize = 4;
+
 /// Rows beside those that grains hold in which y may differ from zero, at most.
 const BESIDE: u32 = 4;
 
@@ -135,7 +138,7 @@ impl<const D: usize> Brinkman<D> {
     }
 
     /// Changes velocity and force, grains being at `motions`: `model.dt` is the step that led there. `room`:
-    /// all zero before and after, for mask ratios q, right sides and the last two iterates.
+    /// all zero before and after.
     pub fn respond(
         &mut self,
         immersed: &mut Immersed<D>,
@@ -143,7 +146,7 @@ impl<const D: usize> Brinkman<D> {
         model: &MaskModel,
         motions: &[Motion],
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
-        room: &mut [Vec<f64>; 4],
+        room: &mut [Vec<f64>; FIELDS],
     ) {
         let half = 0.5 * model.viscosity * model.dt;
         let radius = half * self.steepest / (1.0 + half * self.steepest);
@@ -196,7 +199,7 @@ impl<const D: usize> Brinkman<D> {
         half: f64,
         radius: f64,
         sweeps: u32,
-        [q, right, now, next]: &mut [Vec<f64>; 4],
+        [q, right, now, next]: &mut [Vec<f64>; FIELDS],
     ) {
         let mut factor = 1.0;
         for sweep in 0..sweeps {
@@ -228,7 +231,7 @@ impl<const D: usize> Brinkman<D> {
         half: f64,
         dt: f64,
         [velocity, lambda]: [&mut [f64]; 2],
-        [ratio, _, now, _]: &[Vec<f64>; 4],
+        [ratio, _, now, _]: &[Vec<f64>; FIELDS],
     ) {
         let take = Take {
             rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[1] },
@@ -242,7 +245,7 @@ impl<const D: usize> Brinkman<D> {
     }
 
     /// Forgets what was worked with.
-    fn clear(&self, grid: &Grid<D>, [q, right, now, next]: &mut [Vec<f64>; 4]) {
+    fn clear(&self, grid: &Grid<D>, [q, right, now, next]: &mut [Vec<f64>; FIELDS]) {
         let rows = grid.rows() / grid.cells[D - 1];
         for row in grid.own_rows().step_by(rows) {
             // The halo before a layer.

@@ -6,9 +6,9 @@
 //! ([`crate::immersed::brinkman::lag`]).
 
 use super::calibration::{Calibration, ForceTransport};
-use crate::field::own_planes;
+use crate::field::clear_own;
 use crate::grid::Grid;
-use crate::immersed::brinkman::{Brinkman, LAG, lag, largest_viscous_number};
+use crate::immersed::brinkman::{Brinkman, FIELDS, LAG, lag, largest_viscous_number};
 use crate::methods::grains::Grains;
 use crate::step::Stepper;
 use bedload_scene::{CheckedScene, Geometry, Grain, Medium, Motion};
@@ -127,7 +127,7 @@ impl<const D: usize> Advection<D> {
         fluid: &mut Stepper<D>,
         grains: &mut Grains<D>,
         dt: f64,
-        room: &mut [Vec<f64>; 4],
+        room: &mut [Vec<f64>; FIELDS],
     ) {
         let wanted = self.lag >= LAG[1] && dt <= self.longest;
         let Some(local_solve) = self.local_solve.as_mut().filter(|_| wanted) else { return };
@@ -138,7 +138,6 @@ impl<const D: usize> Advection<D> {
 
     /// Forgets where the force is.
     pub(super) fn clear(&mut self, grid: &Grid<D>) {
-        let own = own_planes(grid);
-        self.masks.iter_mut().for_each(|field| field[own.clone()].fill(0.0));
+        clear_own(grid, &mut self.masks);
     }
 }

@@ -12,7 +12,7 @@
 //! which, times b, is symmetric and positive: conjugate gradients with the metric ∫ b f g dV. The grain gets
 //! what the fluid took, once, with the next message.
 
-use crate::field::{for_each_own_unknown, own_planes};
+use crate::field::{clear_own, for_each_own_unknown, own_planes};
 use crate::grid::Grid;
 use crate::immersed::Immersed;
 use crate::immersed::body::{Motion, Shape};
@@ -113,7 +113,7 @@ impl<const D: usize> Contact<D> {
         for (((taken, jump), force), shape) in taken.filter(|(((_, jump), _), _)| **jump != [0.0; 3]) {
             *taken = std::array::from_fn(|c| force.force[c] / shape.volume - jump[c]);
         }
-        clear(fluid.grid(), field);
+        clear_own(fluid.grid(), field);
     }
 
     /// Gives each mask the volume of its grain: its smooth edge holds more outside than it lacks inside. One
@@ -181,12 +181,6 @@ impl<const D: usize> Contact<D> {
     }
 }
 
-/// Zero on the planes of this process.
-fn clear<const D: usize>(grid: &Grid<D>, field: &mut [Vec<f64>; D]) {
-    let own = own_planes(grid);
-    field.iter_mut().for_each(|field| field[own.clone()].fill(0.0));
-}
-
 /// `field` and, at the places, `out` ← P b Y.
 fn project<const D: usize>(
     fluid: &mut Stepper<D>,
@@ -196,7 +190,7 @@ fn project<const D: usize>(
     force: &Values<D>,
     out: &mut Values<D>,
 ) {
-    clear(fluid.grid(), field);
+    clear_own(fluid.grid(), field);
     multiply(mask, force, out);
     places.scatter(out, field);
     fluid.project_other(field);

@@ -25,9 +25,10 @@ use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
 use crate::config::Choices;
-use crate::field::own_planes;
+use crate::field::clear_own;
 use crate::grid::Grid;
 use crate::immersed::body::Motion;
+use crate::immersed::brinkman::FIELDS;
 use crate::immersed::mask_model::MaskModel;
 use crate::immersed::pores::Pores;
 use crate::scene_grains;
@@ -61,11 +62,8 @@ pub struct Calibrated<const D: usize> {
     contact: Option<Contact<D>>,
     /// Fields for what is worked with in between, all zero: as many as the parts of a step need, one after
     /// the other.
-    room: [Vec<f64>; ROOM],
+    room: [Vec<f64>; FIELDS],
 }
-
-/// Fields of room at most, those of the local solve.
-const ROOM: usize = 4;
 
 impl<const D: usize> Calibrated<D> {
     /// For the grains of a scene.
@@ -109,7 +107,7 @@ impl<const D: usize> Calibrated<D> {
 /// Fields of room that the parts of a step need on `axes` axes.
 pub(crate) fn room(needs: &Needs, axes: usize) -> usize {
     let transport = usize::from(needs.transport.is_some());
-    let solve = if needs.local_solve { ROOM } else { 0 };
+    let solve = if needs.local_solve { FIELDS } else { 0 };
     transport.max(solve).max(if needs.jumps { axes } else { 0 })
 }
 
@@ -221,9 +219,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             immersed.mark_forced(grid, &model, &memory.imposed);
             if let Some(advection) = &mut self.advection {
                 advection.clear(grid);
-                let own = own_planes(grid);
-                let room = self.room.iter_mut().filter(|field| !field.is_empty());
-                room.for_each(|field| field[own.clone()].fill(0.0));
+                clear_own(grid, &mut self.room);
                 immersed.store_mask(grid, &model, &memory.imposed, &mut advection.masks);
             }
         }

@@ -3,7 +3,7 @@
 
 use super::points::Points;
 use super::stencil::Stencil;
-use crate::field::own_planes;
+use crate::field::clear_own;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
@@ -108,9 +108,9 @@ impl<const D: usize> BodyPoints<D> {
 
     /// `force` ← λ of the points on the grid, m/s².
     pub fn spread(&self, grid: &Grid<D>, force: &mut [Vec<f64>; D]) {
+        clear_own(grid, force);
         let fields = force.iter_mut().zip(&self.multipliers).zip(&self.stencils);
         for ((field, multipliers), stencils) in fields {
-            field[own_planes(grid)].fill(0.0);
             for ((lambda, share), stencil) in multipliers.iter().zip(&self.shares).zip(stencils) {
                 stencil.spread(lambda * share, field);
             }
