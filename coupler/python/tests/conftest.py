@@ -1,10 +1,14 @@
 """A small run that many tests read."""
 
 import os
+import signal
 
 import pytest
 
 import bedload
+
+# A shell that started the tests in the background has Ctrl-C ignored in them and in all that they start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 #: A sphere falls in a viscous fluid onto a floor; 4000 cells, 0.2 s of wall time for 100 windows.
 SCENE = {

@@ -82,12 +82,12 @@ pub(super) enum Look {
         width: f64,
         dashed: bool,
     },
-    /// Words that appear under the pointer and half-lengths of upright bars, one for each point or none.
+    /// Words that appear under the pointer, one for each point or none.
     Points {
         shape: Shape,
         size: f64,
         words: Vec<String>,
-        bars: Vec<f64>,
+        bars: Bars,
     },
     /// A line in a band: half its width at each point.
     Band {
@@ -95,6 +95,28 @@ pub(super) enum Look {
     },
     /// Filled rectangles: the points are their lower left and upper right corners in turn.
     Rectangles,
+}
+
+/// Half-lengths of bars, one for each point.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Bars {
+    None,
+    Upright(Vec<f64>),
+    Level(Vec<f64>),
+}
+
+impl Bars {
+    /// Those of the points that are kept.
+    pub(super) fn of(self, kept: impl Fn(usize) -> bool) -> Self {
+        let of = |bars: Vec<f64>| {
+            bars.into_iter().enumerate().filter(|(number, _)| kept(*number)).map(|(_, bar)| bar).collect()
+        };
+        match self {
+            Self::None => Self::None,
+            Self::Upright(bars) => Self::Upright(of(bars)),
+            Self::Level(bars) => Self::Level(of(bars)),
+        }
+    }
 }
 
 /// A straight line across the plot.
@@ -236,8 +258,13 @@ impl Series {
             }
             Look::Points { shape, size, words, bars } => {
                 let plot = ScatterPlot::new().with_data(points).with_color(self.colour).with_size(*size);
-                let plot = if bars.is_empty() { plot } else { plot.with_y_err(bars.iter().copied()) };
-                let plot = plot.with_marker(*shape).with_legend(self.name.as_str());
+                let plot = match bars {
+                    Bars::None => plot,
+                    Bars::Upright(bars) => plot.with_y_err(bars.iter().copied()),
+                    Bars::Level(bars) => plot.with_x_err(bars.iter().copied()),
+                };
+                let plot = plot.with_marker(*shape);
+                let plot = if self.name.is_empty() { plot } else { plot.with_legend(self.name.as_str()) };
                 Drawn::Scatter(if words.is_empty() {
                     plot
                 } else {

@@ -299,13 +299,14 @@ pub struct Pictures {
     pub files: Option<Vec<usize>>,
 }
 
-/// Largest difference between two runs in a column that both left, over the largest value of the second.
+/// Largest difference between two runs, or means over runs, in a column that they left, over the largest value
+/// of the second.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
     /// Its name.
     pub name: String,
-    /// Labels of two runs, the finer one last.
+    /// Labels of two runs, or beginnings of labels with a star for the mean over runs; the finer one last.
     pub runs: [String; 2],
     /// File in their folders.
     pub file: PathBuf,
@@ -321,13 +322,13 @@ pub struct Difference {
     pub source: Option<String>,
 }
 
-/// Two columns of a table in the output folder of a run.
+/// Two columns of a table in the output folder of a run, or their mean over runs.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunTable {
     /// Its name.
     pub name: String,
-    /// Label of the run.
+    /// Label of the run; or the beginning of labels and a star: the mean over these runs, with its standard error.
     pub run: String,
     /// File in its folder, such as `profile.csv`.
     pub file: PathBuf,

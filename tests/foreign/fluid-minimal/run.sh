@@ -12,10 +12,10 @@ trap 'rm -rf "$work"' EXIT
 scene=$here/settling-stokes.toml failed=0
 
 check() { # NAME COMMAND...
-  local name=$1
+  local name=$1 begin=$SECONDS
   shift
   echo "$name"
-  if "$@"; then echo "  pass"; else echo "  FAIL"; failed=1; fi
+  if "$@"; then echo "  pass, $((SECONDS - begin)) s"; else echo "  FAIL"; failed=1; fi
 }
 run() { # DIR OPTION...: the scene with this fluid
   "$bedload" run "$scene" --set "fluid.command=[\"$fluid\"]" --out "$work/$1" "${@:2}" > "$work/log" 2>&1 ||

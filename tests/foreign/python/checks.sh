@@ -10,10 +10,10 @@ trap 'rm -rf "$work"' EXIT
 failed=0
 
 check() { # NAME COMMAND...
-  local name=$1
+  local name=$1 begin=$SECONDS
   shift
   echo "$name"
-  if "$@"; then echo "  pass"; else echo "  FAIL"; failed=1; fi
+  if "$@"; then echo "  pass, $((SECONDS - begin)) s"; else echo "  FAIL"; failed=1; fi
 }
 run() { "$bedload" run "$@" > "$work/log" 2>&1 || { cat "$work/log"; return 1; }; }
 both() { # NAME SCENE OPTION...: with our DEM and with this one

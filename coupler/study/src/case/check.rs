@@ -25,21 +25,19 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
         one(section, check).or_else(|what| wrong(&place, what, remedy))?;
     }
     let is_run = |label: &String| section.runs.iter().any(|run| run.label == *label);
-    let pictures = section.pictures.iter().map(|pictures| ("case.pictures", &pictures.run));
+    if let Some(pictures) = section.pictures.iter().find(|pictures| !is_run(&pictures.run)) {
+        let message = format!("is of no run {:?}", pictures.run);
+        return wrong("case.pictures", message, "name the label of a run");
+    }
     let differences = section.differences.iter().flat_map(|difference| &difference.runs);
     let differences = differences.map(|run| ("case.differences", run));
     let tables = section.drawn().flat_map(|figure| &figure.tables).map(|table| ("case.figures", &table.run));
-    if let Some((key, run)) = pictures.chain(differences).chain(tables).find(|(_, label)| !is_run(label)) {
-        return wrong(key, format!("is of no run {run:?}"), "name the label of a run");
-    }
-    let mut series = section.drawn().flat_map(|figure| &figure.series);
-    if let Some(series) = series.find(|series| !is_meant(section, &series.run)) {
-        let message = format!("has a series of no run {:?}", series.run);
-        return wrong(
-            "case.figures",
-            message,
-            "name the label of a run, or the beginning of labels and a star",
-        );
+    let series = section.drawn().flat_map(|figure| &figure.series);
+    let series = series.map(|series| ("case.figures", &series.run));
+    if let Some((key, run)) = differences.chain(tables).chain(series).find(|(_, run)| !is_meant(section, run))
+    {
+        let remedy = "name the label of a run, or the beginning of labels and a star";
+        return wrong(key, format!("is of no run {run:?}"), remedy);
     }
     for curve in section.drawn().flat_map(|figure| &figure.curves) {
         let value = formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0));

@@ -1,8 +1,6 @@
-//! How far apart two runs of a case are: two columns of a table that both left.
+//! How far apart two runs of a case are, or means over runs: two columns of a table that they left.
 
-use std::path::Path;
-
-use crate::folder::columns;
+use super::profile::profile;
 use crate::make::Made;
 use crate::section::Difference;
 use crate::table::interpolated;
@@ -15,17 +13,19 @@ pub(super) struct Measured<'a> {
     pub(super) value: f64,
 }
 
-/// Every difference of which both runs were made.
+/// Every difference of which runs of both sides were made.
 pub(super) fn measured<'a>(made: &Made<'a>) -> Result<Vec<Measured<'a>>, Failure> {
-    let both = |wanted: &&Difference| wanted.runs.iter().all(|label| made.result(label).is_some());
-    made.study.section.differences.iter().filter(both).map(|wanted| measure(wanted, &made.folder)).collect()
+    let measure = |wanted| measure(made, wanted).transpose();
+    made.study.section.differences.iter().filter_map(measure).collect()
 }
 
-fn measure<'a>(wanted: &'a Difference, runs: &Path) -> Result<Measured<'a>, Failure> {
-    let known = |label: &String| columns(&runs.join(label).join(&wanted.file), &wanted.x, &wanted.y);
-    let [a, b] = [known(&wanted.runs[0])?, known(&wanted.runs[1])?];
+fn measure<'a>(made: &Made<'_>, wanted: &'a Difference) -> Result<Option<Measured<'a>>, Failure> {
+    let known = |runs: &str| profile(made, runs, &wanted.file, &wanted.x, &wanted.y);
+    let [Some((a, _)), Some((b, _))] = [known(&wanted.runs[0])?, known(&wanted.runs[1])?] else {
+        return Ok(None);
+    };
     let within = wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-    Ok(Measured { wanted, value: largest(&a, &b, within) })
+    Ok(Some(Measured { wanted, value: largest(&a, &b, within) }))
 }
 
 /// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where

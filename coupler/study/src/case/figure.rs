@@ -4,9 +4,10 @@ use bedload_output::Summary;
 
 use super::compare::mean;
 use super::formula;
+use super::profile::{Profile, profile};
 use crate::folder::columns;
 use crate::make::Made;
-use crate::plot::{self, Axis, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
+use crate::plot::{self, Axis, Bars, GREY, Look, Plot, Point, Rule, Shape, colour, shape};
 use crate::section::{Figure, FigureAxis, FormulaCurve, Mark, RunTable, Series, matches};
 use crate::sweep::Point as Run;
 use coupler::failure::Failure;
@@ -31,12 +32,11 @@ const STEPS: usize = 200;
 /// A figure, or nothing if no run gave a point.
 pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, Failure> {
     let tables = tables(made, figure)?;
-    let measured: Vec<(Vec<Point>, Vec<f64>)> =
-        figure.series.iter().map(|series| measured(made, figure, series)).collect();
+    let measured: Vec<Profile> = figure.series.iter().map(|series| measured(made, figure, series)).collect();
     let abscissae = measured
         .iter()
         .flat_map(|(points, _)| points)
-        .chain(tables.iter().flat_map(|(_, t)| t))
+        .chain(tables.iter().flat_map(|(_, (points, _))| points))
         .map(|(x, _)| *x);
     let marks = figure.marks.iter().map(|mark| mark.at);
     let (from, to) = abscissae
@@ -46,14 +46,17 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
         return Ok(None);
     }
     let mut drawn = curves(figure, from, to);
-    for (number, (table, points)) in tables.into_iter().enumerate() {
+    for (number, (table, (points, bars))) in tables.into_iter().enumerate() {
         let number = number + figure.series.len();
-        drawn.push(if table.line {
-            let look = Look::Line { width: 1.8, dashed: false };
-            plot::Series { name: table.name.clone(), colour: colour(number), points, look }
-        } else {
-            scatter(points, &table.name, colour(number), (shape(number), 4.5), Vec::new())
-        });
+        if !table.line {
+            drawn.push(scatter(points, &table.name, colour(number), (shape(number), 4.5), bars));
+            continue;
+        }
+        if bars != Bars::None {
+            drawn.push(scatter(points.clone(), "", colour(number), (Shape::Circle, 1.5), bars));
+        }
+        let look = Look::Line { width: 1.8, dashed: false };
+        drawn.push(plot::Series { name: table.name.clone(), colour: colour(number), points, look });
     }
     for (number, (series, (points, bars))) in figure.series.iter().zip(measured).enumerate() {
         if !points.is_empty() {
@@ -66,7 +69,7 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
     for (number, from) in figure.points.iter().enumerate() {
         let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
-        drawn.push(scatter(points, &from.name, GREY, (published(number), size), Vec::new()));
+        drawn.push(scatter(points, &from.name, GREY, (published(number), size), Bars::None));
     }
     Ok(Some(plot_of(figure, drawn).draw().svg))
 }
@@ -97,8 +100,8 @@ fn drawable(value: f64, log: bool) -> bool {
 }
 
 /// Points of a series, one per run that has both values or one per x, and their standard errors: zero where
-/// there is none, empty where no point has one.
-fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> (Vec<Point>, Vec<f64>) {
+/// there is none.
+fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Profile {
     let of = |(run, summary): (&Run, &Summary)| {
         let value = |name: &String| summary.metrics.get(name).and_then(|metric| metric.value);
         let x = figure.x.metric.as_ref().map_or(run.at, value)?;
@@ -118,23 +121,27 @@ fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> (Vec<Point>, V
             }
         }
     }
-    let bars = points.iter().any(|(.., bar)| bar.is_some());
-    let bars = points.iter().filter(|_| bars).map(|(.., bar)| bar.unwrap_or(0.0)).collect();
+    let bars = match points.iter().any(|(.., bar)| bar.is_some()) {
+        true => Bars::Upright(points.iter().map(|(.., bar)| bar.unwrap_or(0.0)).collect()),
+        false => Bars::None,
+    };
     (points.into_iter().map(|(x, y, _)| (x, y)).collect(), bars)
 }
 
 /// A table and its points.
-type Drawn<'a> = (&'a RunTable, Vec<Point>);
+type Drawn<'a> = (&'a RunTable, Profile);
 
 /// Tables of the runs that were made, with their points.
 fn tables<'a>(made: &Made<'_>, figure: &'a Figure) -> Result<Vec<Drawn<'a>>, Failure> {
-    let there = figure.tables.iter().filter(|table| made.result(&table.run).is_some());
-    let read = |table: &'a RunTable| {
-        let mut points = columns(&made.folder.join(&table.run).join(&table.file), &table.x, &table.y)?;
-        points.retain(|(x, y)| drawable(*x, figure.log_x) && drawable(*y, figure.log_y));
-        Ok((table, points))
+    let read = |table: &'a RunTable| -> Result<Option<Drawn<'a>>, Failure> {
+        let drawable = |(x, y): Point| drawable(x, figure.log_x) && drawable(y, figure.log_y);
+        let of = profile(made, &table.run, &table.file, &table.x, &table.y)?;
+        Ok(of.map(|(points, bars)| {
+            let bars = bars.of(|number| drawable(points[number]));
+            (table, (points.into_iter().filter(|point| drawable(*point)).collect(), bars))
+        }))
     };
-    there.map(read).collect()
+    figure.tables.iter().filter_map(|table| read(table).transpose()).collect()
 }
 
 /// Curves by formula, evenly spaced along the axis as it is drawn.
@@ -162,7 +169,7 @@ fn scatter(
     name: &str,
     colour: &'static str,
     (shape, size): (Shape, f64),
-    bars: Vec<f64>,
+    bars: Bars,
 ) -> plot::Series {
     plot::Series {
         name: name.to_owned(),

@@ -7,9 +7,10 @@
 //! | `check` | the `[case]` section |
 //! | `formula` | references and curves given as formulas |
 //! | `compare` | a measured value against its reference |
-//! | `differences` | two runs of a case against each other |
+//! | `differences` | two runs of a case, or means over runs, against each other |
 //! | `page` | the Markdown page |
 //! | `figure` | the SVG figures of a case |
+//! | `profile` | two columns of a table that runs left |
 //! | `pictures` | the grains of a run at some instants |
 
 pub(crate) mod check;
@@ -19,6 +20,7 @@ mod figure;
 mod formula;
 mod page;
 mod pictures;
+mod profile;
 
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::describe::Names;
 use crate::page::render;
-use crate::plot::{Axis, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
+use crate::plot::{Axis, Bars, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
 use crate::section::Section;
 use crate::table::{FLOOR, Row, Table};
 use coupler::failure::Failure;
@@ -59,7 +59,7 @@ pub(super) fn draw(
             shape: Shape::Cross,
             size: 6.5,
             words: vec![format!("published: {}; {}", point.name, point.source)],
-            bars: Vec::new(),
+            bars: Bars::None,
         },
     }));
     let picture = plot(title, "CPU time / s", series).draw();
@@ -138,7 +138,7 @@ fn families(table: &Table, names: &Names, drawn: &[Run], over: Option<usize>) ->
             name: column.map_or("runs".to_owned(), |column| names.value(column, value)),
             colour: colour(place),
             points: here.iter().map(|(_, point)| *point).collect(),
-            look: Look::Points { shape: shape(place), size: 6.0, words, bars: Vec::new() },
+            look: Look::Points { shape: shape(place), size: 6.0, words, bars: Bars::None },
         }
     };
     values.iter().enumerate().map(series).collect()

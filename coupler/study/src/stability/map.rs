@@ -2,7 +2,7 @@
 //! what `bedload check` refuses, up to where the margin of the bound crosses 1 between two sampled values.
 
 use super::classify::Class;
-use crate::plot::{Axis, Look, Plot, Point, Series, Shape, panels};
+use crate::plot::{Axis, Bars, Look, Plot, Point, Series, Shape, panels};
 use crate::section::ANY;
 use crate::table::{Row, Table, grouped};
 use coupler::number::{Short, decade};
@@ -75,7 +75,7 @@ fn panel(title: String, rows: &[&Row], frame: &Frame<'_>, (x, y): (&Samples, &Sa
             name: class.to_string(),
             colour,
             points,
-            look: Look::Points { shape, size, words, bars: Vec::new() },
+            look: Look::Points { shape, size, words, bars: Bars::None },
         }
     };
     let series = std::iter::once(refused).chain(LOOKS.map(of_class)).collect();

@@ -17,13 +17,15 @@ pub(crate) fn dispatch<K: Kernel>(kernel: K, plain: bool) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match (arch(), pulp::x86::V3::try_new()) {
         (pulp::Arch::V4(simd), _) if !plain => Simd::vectorize(simd, OnAvx512(kernel, simd)),
-        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Some(simd)) => Simd::vectorize(simd, OnPortable(kernel)),
-        _ => OnPortable(kernel).with_simd(pulp::Scalar),
+        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Some(simd)) => {
+            Simd::vectorize(simd, OnPortable::<K, false>(kernel))
+        }
+        _ => OnPortable::<K, true>(kernel).with_simd(pulp::Scalar),
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let _ = plain;
-        arch().dispatch(OnPortable(kernel))
+        arch().dispatch(OnPortable::<K, false>(kernel))
     }
 }
 
@@ -40,13 +42,13 @@ impl<K: Kernel> WithSimd for OnAvx512<K> {
     }
 }
 
-struct OnPortable<K>(K);
+struct OnPortable<K, const CALLED: bool>(K);
 
-impl<K: Kernel> WithSimd for OnPortable<K> {
+impl<K: Kernel, const CALLED: bool> WithSimd for OnPortable<K, CALLED> {
     type Output = K::Output;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> K::Output {
-        self.0.run::<Portable8>(())
+        self.0.run::<Portable8<CALLED>>(())
     }
 }

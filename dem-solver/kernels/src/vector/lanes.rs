@@ -82,42 +82,63 @@ pub(crate) trait Lanes8: Lanes<Mask = u8> {
     fn split(self) -> (Self, Self);
 }
 
-/// Lanes for any machine.
+/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each lane is a
+/// call anyway, and eight in place take most of the time that the kernels compile.
 #[derive(Clone, Copy)]
-pub(crate) struct Portable8([f64; 8]);
+pub(crate) struct Portable8<const CALLED: bool>([f64; 8]);
+
+/// `[value at k = 0, …, value at k = 7]`, written out: loops in what is inlined a thousand times make the kernels
+/// compile twice as long.
+macro_rules! eight {
+    (|$k:ident| $value:expr) => {
+        eight!(|$k| $value; 0 1 2 3 4 5 6 7)
+    };
+    (|$k:ident| $value:expr; $($number:literal)*) => {
+        [$({ let $k = $number; $value }),*]
+    };
+}
 
 macro_rules! plain {
     ($name:ident, $fn:ident, $op:tt) => {
-        impl $name for Portable8 {
+        impl<const CALLED: bool> $name for Portable8<CALLED> {
             type Output = Self;
             #[inline(always)]
-            fn $fn(mut self, other: Self) -> Self {
-                for (a, b) in self.0.iter_mut().zip(other.0) {
-                    *a $op b;
-                }
-                self
+            fn $fn(self, other: Self) -> Self {
+                Self(eight!(|k| self.0[k] $op other.0[k]))
             }
         }
     };
 }
-plain!(Add, add, +=);
-plain!(Sub, sub, -=);
-plain!(Mul, mul, *=);
-plain!(Div, div, /=);
+plain!(Add, add, +);
+plain!(Sub, sub, -);
+plain!(Mul, mul, *);
+plain!(Div, div, /);
 
 macro_rules! fused {
     ($fn:ident, |$a:ident, $factor:ident, $term:ident| $value:expr) => {
         #[inline(always)]
-        fn $fn(mut self, factor: Self, term: Self) -> Self {
-            for (($a, $factor), $term) in self.0.iter_mut().zip(factor.0).zip(term.0) {
-                *$a = $value;
+        fn $fn(self, $factor: Self, $term: Self) -> Self {
+            #[inline(always)]
+            fn in_place($a: &[f64; 8], $factor: &[f64; 8], $term: &[f64; 8]) -> [f64; 8] {
+                eight!(|k| {
+                    let ($a, $factor, $term) = ($a[k], $factor[k], $term[k]);
+                    $value
+                })
             }
-            self
+            #[inline(never)]
+            fn called(a: &[f64; 8], factor: &[f64; 8], term: &[f64; 8]) -> [f64; 8] {
+                in_place(a, factor, term)
+            }
+            if CALLED {
+                Self(called(&self.0, &$factor.0, &$term.0))
+            } else {
+                Self(in_place(&self.0, &$factor.0, &$term.0))
+            }
         }
     };
 }
 
-impl Lanes for Portable8 {
+impl<const CALLED: bool> Lanes for Portable8<CALLED> {
     type Token = ();
     type Mask = u8;
 
@@ -127,44 +148,32 @@ impl Lanes for Portable8 {
     }
 
     fused!(times_plus, |a, factor, term| a.mul_add(factor, term));
-    fused!(times_from, |a, factor, term| (-*a).mul_add(factor, term));
+    fused!(times_from, |a, factor, term| (-a).mul_add(factor, term));
     fused!(times_minus, |a, factor, term| a.mul_add(factor, -term));
 
     #[inline(always)]
-    fn sqrt(mut self) -> Self {
-        for lane in &mut self.0 {
-            *lane = lane.sqrt();
-        }
-        self
+    fn sqrt(self) -> Self {
+        Self(eight!(|k| self.0[k].sqrt()))
     }
 
     #[inline(always)]
-    fn max(mut self, other: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] };
-        }
-        self
+    fn max(self, other: Self) -> Self {
+        Self(eight!(|k| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] }))
     }
 
     #[inline(always)]
     fn lt(self, other: Self) -> u8 {
-        let mut mask = 0;
-        for k in 0..8 {
-            mask |= u8::from(self.0[k] < other.0[k]) << k;
-        }
-        mask
+        let [a, b, c, d, e, f, g, h] = eight!(|k| u8::from(self.0[k] < other.0[k]) << k);
+        a | b | c | d | e | f | g | h
     }
 
     #[inline(always)]
-    fn select(mut self, mask: u8, other: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = if mask >> k & 1 == 1 { self.0[k] } else { other.0[k] };
-        }
-        self
+    fn select(self, mask: u8, other: Self) -> Self {
+        Self(eight!(|k| if mask >> k & 1 == 1 { self.0[k] } else { other.0[k] }))
     }
 }
 
-impl Lanes8 for Portable8 {
+impl<const CALLED: bool> Lanes8 for Portable8<CALLED> {
     const ONE_REGISTER: bool = false;
 
     #[inline(always)]
@@ -215,33 +224,18 @@ impl Lanes8 for Portable8 {
     }
 
     #[inline(always)]
-    fn max_bits(mut self, other: Self) -> Self {
-        for k in 0..8 {
-            self.0[k] = f64::from_bits(self.0[k].to_bits().max(other.0[k].to_bits()));
-        }
-        self
+    fn max_bits(self, other: Self) -> Self {
+        Self(eight!(|k| f64::from_bits(self.0[k].to_bits().max(other.0[k].to_bits()))))
     }
 
     #[inline(always)]
     fn transpose(rows: [Self; 8]) -> [Self; 8] {
-        let mut out = [Self([0.0; 8]); 8];
-        for (j, row) in rows.iter().enumerate() {
-            for (column, value) in out.iter_mut().zip(row.0) {
-                column.0[j] = value;
-            }
-        }
-        out
+        eight!(|column| Self(eight!(|row| rows[row].0[column])))
     }
 
     #[inline(always)]
     fn columns_of(rows: [Self; 4]) -> [Self; 4] {
-        let mut out = [Self([0.0; 8]); 4];
-        for (c, column) in out.iter_mut().enumerate() {
-            for (k, value) in column.0.iter_mut().enumerate() {
-                *value = rows[PAIR[k].0].0[PAIR[k].1 + c];
-            }
-        }
-        out
+        [0, 1, 2, 3].map(|c| Self(eight!(|k| rows[PAIR[k].0].0[PAIR[k].1 + c])))
     }
 
     #[inline(always)]
@@ -268,13 +262,9 @@ impl Lanes8 for Portable8 {
 
     #[inline(always)]
     fn split(self) -> (Self, Self) {
-        let (mut exponent, mut mantissa) = (self, self);
-        for k in 0..8 {
-            let bits = self.0[k].to_bits();
-            exponent.0[k] = (bits >> 52) as i32 as f64 - 1023.0;
-            mantissa.0[k] = f64::from_bits(bits & ((1 << 52) - 1) | 1023 << 52);
-        }
-        (exponent, mantissa)
+        let bits = eight!(|k| self.0[k].to_bits());
+        let mantissa = eight!(|k| f64::from_bits(bits[k] & ((1 << 52) - 1) | 1023 << 52));
+        (Self(eight!(|k| (bits[k] >> 52) as i32 as f64 - 1023.0)), Self(mantissa))
     }
 }
 
