@@ -212,13 +212,13 @@ impl<const D: usize> Fill<'_, D> {
         }
         let pieces = Piece::of(grid, nodes, extent.at[0], chord.sqrt());
         let pieces = &pieces[..pieces.iter().filter(|piece| piece.count > 0).count()];
+        let law =
+            Law::new(&MaskModel { wave: extent.wave, ..*model }, extent.radius, extent.inner, nodes.even);
         for (piece, profile) in pieces.iter().zip(self.profiles.iter_mut()) {
-            profile.set(&nodes.row, piece, extent.outer);
+            profile.set(&law, &nodes.row, piece, extent.outer);
         }
         let mut sums = Sums::default();
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
-        let law =
-            Law::new(&MaskModel { wave: extent.wave, ..*model }, extent.radius, extent.inner, nodes.even);
         let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
         let places = pieces.iter().map(|piece| piece.count).sum::<usize>();
         self.cells.begin(0);

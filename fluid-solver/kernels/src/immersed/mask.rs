@@ -31,6 +31,17 @@ pub(super) struct Sums {
     fourth: f64,
 }
 
+/// What the mask of exact shear needs of an arm along an axis.
+#[derive(Clone, Copy, Debug)]
+struct Shear {
+    /// r², m².
+    square: f64,
+    /// |r| Δx, m².
+    root: f64,
+    /// 1/Δx², 1/m².
+    inverse: f64,
+}
+
 /// The share of axis 0 in the sums, at every place of a [`Piece`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profile {
@@ -38,6 +49,9 @@ pub(super) struct Profile {
     size: Vec<f64>,
     across: Vec<f64>,
     fourth: Vec<f64>,
+    /// For the mask of exact shear, in place of the three before.
+    root: Vec<f64>,
+    inverse: Vec<f64>,
 }
 
 /// What is the same for all cells of a grain.
@@ -84,22 +98,56 @@ impl Profile {
         [&self.square, &self.size, &self.across, &self.fourth]
     }
 
-    /// For a grain that is not felt beyond `outer` (m).
+    /// For a grain with this law that is not felt beyond `outer` (m).
     #[inline(always)]
-    pub(super) fn set(&mut self, row: &Row, piece: &Piece, outer: f64) {
-        for values in [&mut self.square, &mut self.size, &mut self.across, &mut self.fourth] {
-            values.resize(piece.count, 0.0);
+    pub(super) fn set(&mut self, law: &Law, row: &Row, piece: &Piece, outer: f64) {
+        let Self { square, size, across, fourth, root, inverse } = self;
+        let n = piece.count;
+        square.resize(n, 0.0);
+        let places = piece.first..piece.first + n;
+        let (at, spacing) = (&row.at[places.clone()], &row.spacing[places.clone()]);
+        // so far away from what the grain does not hold that nothing is felt there
+        let (held, far) = (piece.begin - piece.first..piece.end - piece.first, 1e3 * outer * outer);
+        let square = &mut square[..n];
+        if law.exact.is_some() {
+            root.resize(n, 0.0);
+            inverse.clear();
+            inverse.extend_from_slice(&row.inverse[places]);
+            let root = &mut root[..n];
+            for k in 0..n {
+                let arm = arm(at[k] + piece.shift, spacing[k]);
+                square[k] = if held.contains(&k) { arm * arm } else { far };
+                root[k] = arm.abs() * spacing[k];
+            }
+            return;
         }
-        for k in 0..piece.count {
-            let place = piece.first + k;
-            let (arm, spacing) = (row.at[place] + piece.shift, row.spacing[place]);
+        for values in [&mut *size, &mut *across, &mut *fourth] {
+            values.resize(n, 0.0);
+        }
+        for k in 0..n {
             let mut sums = Sums::default();
-            // at the centre itself any direction is as good as another
-            sums.add(if arm == 0.0 { 1e-6 * spacing } else { arm }, spacing);
-            // so far away from what the grain does not hold that nothing is felt there
-            let held = (piece.begin..piece.end).contains(&place);
-            self.square[k] = if held { sums.square } else { 1e3 * outer * outer };
-            (self.size[k], self.across[k], self.fourth[k]) = (sums.size, sums.across, sums.fourth);
+            sums.add(arm(at[k] + piece.shift, spacing[k]), spacing[k]);
+            square[k] = if held.contains(&k) { sums.square } else { far };
+            (size[k], across[k], fourth[k]) = (sums.size, sums.across, sums.fourth);
+        }
+    }
+}
+
+/// An arm along axis 0: at the centre itself any direction is as good as another.
+#[inline(always)]
+fn arm(arm: f64, spacing: f64) -> f64 {
+    if arm == 0.0 { 1e-6 * spacing } else { arm }
+}
+
+impl Shear {
+    /// Of the arm along one axis alone.
+    #[inline(always)]
+    fn of(sums: &Sums) -> Self {
+        let least = f64::MIN_POSITIVE;
+        Self {
+            square: sums.square,
+            root: sums.across.sqrt(),
+            inverse: sums.square.max(least) / sums.across.max(least),
         }
     }
 }
@@ -116,7 +164,7 @@ impl Cells {
     #[inline(always)]
     pub(super) fn begin(&mut self, most: usize) {
         self.count = 0;
-        let Profile { square, size, across, fourth } = &mut self.sums;
+        let Profile { square, size, across, fourth, .. } = &mut self.sums;
         for values in [square, size, across, fourth] {
             values.resize(most.max(values.len()), 0.0);
         }
@@ -201,8 +249,15 @@ impl Law {
         let Some(spread) = self.exact else { return cells.add(simd, profile, window, rest) };
         let first = out.len();
         out.resize(first + window.len(), 0.0);
-        let profile = profile.lines().map(|line| &line[window.clone()]);
-        evaluate(&mut out[first..], profile, |along| self.exact_shear(spread, along, rest));
+        let lines = [&profile.square, &profile.root, &profile.inverse];
+        let [square, root, inverse] = lines.map(|line| &line[window.clone()]);
+        let (out, rest) = (&mut out[first..], Shear::of(rest));
+        let n = out.len();
+        let (square, root, inverse) = (&square[..n], &root[..n], &inverse[..n]);
+        for k in 0..n {
+            let along = Shear { square: square[k], root: root[k], inverse: inverse[k] };
+            out[k] = self.exact_shear(spread, along, rest);
+        }
     }
 
     /// Appends the mask ratios of the rows that were kept.
@@ -218,17 +273,16 @@ impl Law {
         }
     }
 
-    /// In the plane: the sums of each axis are its own.
+    /// In the plane.
     #[inline(always)]
-    fn exact_shear(&self, spread: f64, along: Sums, rest: &Sums) -> f64 {
-        let (square, across) = (along.square + rest.square, along.across + rest.across);
+    fn exact_shear(&self, spread: f64, along: Shear, rest: Shear) -> f64 {
+        let square = along.square + rest.square;
         let distance = square.sqrt();
-        let x = (distance - self.radius) * distance / across.sqrt();
-        let axis = |of: &Sums| {
-            let arm = of.square.max(f64::MIN_POSITIVE);
-            [(of.across / across).sqrt(), of.across.max(f64::MIN_POSITIVE) / arm]
-        };
-        let ratio = exact_shear(spread, x, [axis(&along), axis(rest)]);
+        // 1/A^½
+        let over = (along.root * along.root + rest.root * rest.root).sqrt().recip();
+        let x = (distance - self.radius) * distance * over;
+        let axes = [along, rest].map(|axis| [axis.root * over, axis.inverse]);
+        let ratio = exact_shear(spread, x, axes);
         if square < self.solid { SOLID } else { ratio }
     }
 
@@ -304,12 +358,13 @@ mod tests {
             let row = Row {
                 at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
                 spacing: (0..40).map(|k| even.unwrap_or(0.1 + 0.001 * f64::from(k % 7))).collect(),
+                inverse: Vec::new(),
                 volume: vec![1.0; 40],
             };
             let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
             let mut profile = Profile::default();
-            profile.set(&row, &piece, outer);
             let law = Law::new(&model, radius, inner, even);
+            profile.set(&law, &row, &piece, outer);
             let (mut out, mut expected, mut cells) = (Vec::new(), Vec::new(), Cells::default());
             cells.begin(200);
             for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
@@ -342,12 +397,13 @@ mod tests {
         let row = Row {
             at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
             spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
+            inverse: (0..40).map(|k| (0.1 + 0.001 * f64::from(k % 7)).powi(-2)).collect(),
             volume: vec![1.0; 40],
         };
         let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
         let mut profile = Profile::default();
-        profile.set(&row, &piece, outer);
         let law = Law::new(&model, radius, inner, None);
+        profile.set(&law, &row, &piece, outer);
         let mut felt = 0;
         for z in [0.0, 0.1, -0.33, 0.55, 0.6] {
             let (mut rest, mut out) = (Sums::default(), Vec::new());
@@ -379,7 +435,7 @@ mod tests {
         });
         let law = Law::new(model, 1.0, inner, None);
         match law.exact {
-            Some(spread) => law.exact_shear(spread, along, &rest),
+            Some(spread) => law.exact_shear(spread, Shear::of(&along), Shear::of(&rest)),
             None => {
                 let mut both = Sums::default();
                 both.add((1.0 + s) * n[1], h);

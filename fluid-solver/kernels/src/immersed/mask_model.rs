@@ -157,14 +157,14 @@ pub(super) fn rounded(x: f64) -> f64 {
     0.5 * part * part + (x - BAND[0]).max(0.0)
 }
 
-/// q of the mask of exact shear at `x` from the surface, in Δ. `spread`: ν dt, m²; `axes`: m_a and Δx_a² of
-/// each axis, 1 and m².
+/// q of the mask of exact shear at `x` from the surface, in Δ. `spread`: ν dt, m²; `axes`: m_a and 1/Δx_a² of
+/// each axis, 1 and 1/m².
 #[inline(always)]
 pub(super) fn exact_shear<const D: usize>(spread: f64, x: f64, axes: [[f64; 2]; D]) -> f64 {
     let here = rounded(x);
     let mut bend = 0.0;
-    for [step, square] in axes {
-        bend += (rounded(x + step) + rounded(x - step) - 2.0 * here) / square;
+    for [step, inverse] in axes {
+        bend += (rounded(x + step) + rounded(x - step) - 2.0 * here) * inverse;
     }
     // At its end there is round-off only.
     let ratio = if x < BAND[1] - 1e-6 { spread * bend / here.max(1.0 / SOLID) } else { 0.0 };

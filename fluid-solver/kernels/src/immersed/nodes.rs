@@ -23,8 +23,9 @@ pub struct Nodes<const D: usize> {
 pub(super) struct Row {
     /// Position, m.
     pub(super) at: Vec<f64>,
-    /// Cell width, m.
+    /// Cell width, m, and one over its square, 1/m².
     pub(super) spacing: Vec<f64>,
+    pub(super) inverse: Vec<f64>,
     /// Factor of the control volume.
     pub(super) volume: Vec<f64>,
 }
@@ -67,6 +68,7 @@ impl<const D: usize> Nodes<D> {
         let row = Row {
             at: padded(grid.nodes(d, 0)),
             spacing: padded(&spacing[0]),
+            inverse: padded(&spacing[0].iter().map(|h| (h * h).recip()).collect::<Vec<_>>()),
             volume: padded(grid.volumes(d, 0)),
         };
         let most = grid.axes.iter().flat_map(|a| &a.widths).fold(0.0, |m: f64, &w| m.max(w));

@@ -36,7 +36,8 @@ pub(super) fn ratio<const D: usize>(model: &MaskModel, s: f64, n: &[f64; D], spa
     let width = (0..D).map(|a| (n[a] * spacing[a]).powi(2)).sum::<f64>().sqrt();
     let exponent = match model.mask {
         Mask::ExactShear => {
-            let axes = std::array::from_fn(|a| [n[a] * spacing[a] / width, spacing[a] * spacing[a]]);
+            let axes =
+                std::array::from_fn(|a| [n[a] * spacing[a] / width, (spacing[a] * spacing[a]).recip()]);
             return exact_shear::<D>(model.viscosity * model.dt, s / width, axes);
         }
         Mask::Izard2014 => log_ratio(s, w),

@@ -162,11 +162,15 @@ impl ByGap {
 /// than its neighbour would be given the inertia of the fluid that the small one pushes.
 fn of_a_pair(dimensions: i32, density: f64, pair: [&Shape; 2], free: [bool; 2], gap: f64) -> [f64; 2] {
     let [one, two] = pair;
-    let here = beside(dimensions, one.radius, two.radius, gap);
-    let there = if one.radius == two.radius { here } else { beside(dimensions, two.radius, one.radius, gap) };
-    if !(free[0] && free[1]) {
-        return [if free[0] { here.own } else { ALONE }, if free[1] { there.own } else { ALONE }];
+    let of = |a: &Shape, b: &Shape| beside(dimensions, a.radius, b.radius, gap);
+    match free {
+        [false, false] => return [ALONE; 2],
+        [true, false] => return [of(one, two).own, ALONE],
+        [false, true] => return [ALONE, of(two, one).own],
+        [true, true] => {}
     }
+    let here = of(one, two);
+    let there = if one.radius == two.radius { here } else { of(two, one) };
     let mass = |shape: &Shape, own: f64| (shape.density + density * own) * shape.volume;
     let mutual = density * one.volume * here.mutual;
     let (this, that) = (mass(one, here.own) - mutual, mass(two, there.own) - mutual);
