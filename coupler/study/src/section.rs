@@ -299,8 +299,8 @@ pub struct Pictures {
     pub files: Option<Vec<usize>>,
 }
 
-/// Largest difference between two runs, or means over runs, in a column that they left, over the largest value
-/// of the second.
+/// Largest difference between two runs, or means over runs, in a column that they left, over the largest
+/// value of the second.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
@@ -328,7 +328,8 @@ pub struct Difference {
 pub struct RunTable {
     /// Its name.
     pub name: String,
-    /// Label of the run; or the beginning of labels and a star: the mean over these runs, with its standard error.
+    /// Label of the run; or the beginning of labels and a star: the mean over these runs, with its standard
+    /// error.
     pub run: String,
     /// File in its folder, such as `profile.csv`.
     pub file: PathBuf,

@@ -12,8 +12,8 @@ use coupler::failure::Failure;
 /// Points, in the order of the table, with the standard errors of a mean.
 pub(super) type Profile = (Vec<Point>, Bars);
 
-/// The columns `x` and `y` of `file`, of every run that a pattern means and that was made; none if there is no
-/// such run. Of several, one column is the same in all, and the other is averaged.
+/// The columns `x` and `y` of `file`, of every run that a pattern means and that was made; none if there is
+/// no such run. Of several, one column is the same in all, and the other is averaged.
 pub(super) fn profile(
     made: &Made<'_>,
     pattern: &str,

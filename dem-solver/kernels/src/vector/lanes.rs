@@ -82,13 +82,13 @@ pub(crate) trait Lanes8: Lanes<Mask = u8> {
     fn split(self) -> (Self, Self);
 }
 
-/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each lane is a
-/// call anyway, and eight in place take most of the time that the kernels compile.
+/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each lane
+/// is a call anyway, and eight in place take most of the time that the kernels compile.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable8<const CALLED: bool>([f64; 8]);
 
-/// `[value at k = 0, …, value at k = 7]`, written out: loops in what is inlined a thousand times make the kernels
-/// compile twice as long.
+/// `[value at k = 0, …, value at k = 7]`, written out: loops in what is inlined a thousand times make the
+/// kernels compile twice as long.
 macro_rules! eight {
     (|$k:ident| $value:expr) => {
         eight!(|$k| $value; 0 1 2 3 4 5 6 7)

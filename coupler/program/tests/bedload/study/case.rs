@@ -60,11 +60,21 @@ fn a_wrong_case_is_refused_with_what_is_wrong() {
     let axes = "title = \"\"\nx = { label = \"\" }\ny = { label = \"\" }\n";
     let twice = read(&format!("{GOOD}[case.figure]\n{axes}[[case.figures]]\n{axes}"));
     assert!(twice.expect_err("two without a name").to_string().contains("becomes a file"));
+    let columns = "file = \"\"\nx = \"\"\ny = \"\"\n";
     for (run, is_meant) in [("coarse-*", true), ("*-8", false)] {
-        let series = format!("[[case.figure.series]]\nname = \"\"\nrun = {run:?}\n");
-        let found = read(&format!("{GOOD}[case.figure]\n{axes}{series}"));
-        let of_none = found.err().is_some_and(|error| error.to_string().contains("series of no run"));
-        assert_eq!(of_none, !is_meant, "{run}");
+        let of = format!("name = \"\"\nrun = {run:?}\n");
+        let figure = format!("{GOOD}[case.figure]\n{axes}");
+        let differences =
+            format!("[[case.differences]]\nname = \"\"\nruns = [\"coarse-8\", {run:?}]\n{columns}");
+        for of_runs in [
+            format!("{figure}[[case.figure.series]]\n{of}"),
+            format!("{figure}[[case.figure.tables]]\n{of}{columns}"),
+            format!("{GOOD}{differences}"),
+        ] {
+            let found = read(&of_runs).err().map(|error| error.to_string());
+            let of_none = found.as_ref().is_some_and(|error| error.contains("is of no run"));
+            assert_eq!((of_none, found.is_none()), (!is_meant, is_meant), "{run}: {found:?}");
+        }
     }
     let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
     let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
