@@ -82,8 +82,8 @@ pub(crate) trait Lanes8: Lanes<Mask = u8> {
     fn split(self) -> (Self, Self);
 }
 
-/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each lane
-/// is a call anyway, and eight in place take most of the time that the kernels compile.
+/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each
+/// lane is a call anyway, and eight in place are twice the code.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable8<const CALLED: bool>([f64; 8]);
 
