@@ -222,7 +222,7 @@ mod tests {
             viscosity: 1.0,
         };
         let left = |gap: f64| {
-            let of = [gap, 1e-6, 0.05].map(|value| Portable8::<false>::splat((), value));
+            let of = [gap, 1e-6, 0.05].map(|value| Portable8::splat((), value));
             let mut left = [0.0; 8];
             unresolved((), &model, of).map_or(0.0, |[slip, _]| {
                 slip.store(&mut left);

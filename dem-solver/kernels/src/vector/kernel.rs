@@ -17,15 +17,13 @@ pub(crate) fn dispatch<K: Kernel>(kernel: K, plain: bool) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match (arch(), pulp::x86::V3::try_new()) {
         (pulp::Arch::V4(simd), _) if !plain => Simd::vectorize(simd, OnAvx512(kernel, simd)),
-        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Some(simd)) => {
-            Simd::vectorize(simd, OnPortable::<K, false>(kernel))
-        }
-        _ => OnPortable::<K, true>(kernel).with_simd(pulp::Scalar),
+        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Some(simd)) => Simd::vectorize(simd, OnPortable(kernel)),
+        _ => OnPortable(kernel).with_simd(pulp::Scalar),
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let _ = plain;
-        arch().dispatch(OnPortable::<K, false>(kernel))
+        arch().dispatch(OnPortable(kernel))
     }
 }
 
@@ -42,13 +40,13 @@ impl<K: Kernel> WithSimd for OnAvx512<K> {
     }
 }
 
-struct OnPortable<K, const CALLED: bool>(K);
+struct OnPortable<K>(K);
 
-impl<K: Kernel, const CALLED: bool> WithSimd for OnPortable<K, CALLED> {
+impl<K: Kernel> WithSimd for OnPortable<K> {
     type Output = K::Output;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> K::Output {
-        self.0.run::<Portable8<CALLED>>(())
+        self.0.run::<Portable8>(())
     }
 }

@@ -82,13 +82,12 @@ pub(crate) trait Lanes8: Lanes<Mask = u8> {
     fn split(self) -> (Self, Self);
 }
 
-/// Lanes for any machine. With `CALLED` fused operations are calls, for a machine without them: there each
-/// lane is a call anyway, and eight in place are twice the code.
+/// Lanes for any machine.
 #[derive(Clone, Copy)]
-pub(crate) struct Portable8<const CALLED: bool>([f64; 8]);
+pub(crate) struct Portable8([f64; 8]);
 
 /// `[value at k = 0, …, value at k = 7]`, written out: loops in what is inlined a thousand times make the
-/// kernels compile twice as long.
+/// kernels compile longer.
 macro_rules! eight {
     (|$k:ident| $value:expr) => {
         eight!(|$k| $value; 0 1 2 3 4 5 6 7)
@@ -100,7 +99,7 @@ macro_rules! eight {
 
 macro_rules! plain {
     ($name:ident, $fn:ident, $op:tt) => {
-        impl<const CALLED: bool> $name for Portable8<CALLED> {
+        impl $name for Portable8 {
             type Output = Self;
             #[inline(always)]
             fn $fn(self, other: Self) -> Self {
@@ -117,28 +116,16 @@ plain!(Div, div, /);
 macro_rules! fused {
     ($fn:ident, |$a:ident, $factor:ident, $term:ident| $value:expr) => {
         #[inline(always)]
-        fn $fn(self, $factor: Self, $term: Self) -> Self {
-            #[inline(always)]
-            fn in_place($a: &[f64; 8], $factor: &[f64; 8], $term: &[f64; 8]) -> [f64; 8] {
-                eight!(|k| {
-                    let ($a, $factor, $term) = ($a[k], $factor[k], $term[k]);
-                    $value
-                })
-            }
-            #[inline(never)]
-            fn called(a: &[f64; 8], factor: &[f64; 8], term: &[f64; 8]) -> [f64; 8] {
-                in_place(a, factor, term)
-            }
-            if CALLED {
-                Self(called(&self.0, &$factor.0, &$term.0))
-            } else {
-                Self(in_place(&self.0, &$factor.0, &$term.0))
-            }
+        fn $fn(self, factor: Self, term: Self) -> Self {
+            Self(eight!(|k| {
+                let ($a, $factor, $term) = (self.0[k], factor.0[k], term.0[k]);
+                $value
+            }))
         }
     };
 }
 
-impl<const CALLED: bool> Lanes for Portable8<CALLED> {
+impl Lanes for Portable8 {
     type Token = ();
     type Mask = u8;
 
@@ -173,7 +160,7 @@ impl<const CALLED: bool> Lanes for Portable8<CALLED> {
     }
 }
 
-impl<const CALLED: bool> Lanes8 for Portable8<CALLED> {
+impl Lanes8 for Portable8 {
     const ONE_REGISTER: bool = false;
 
     #[inline(always)]
