@@ -4,7 +4,7 @@
 //! little; least wall time of them; resident bytes per cell. In space also the bound: the bytes that
 //! the sweeps must move between memory and core, over what a triad moves in this very run.
 //!
-//! `cargo run --release -p bedload-fluid --example step_cost [-- THREADS [PART OF A NAME]]`
+//! `cargo run --release -p bedload-fluid-solver --example step_cost [-- THREADS [PART OF A NAME]]`
 
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;

@@ -4,9 +4,7 @@ use crate::config::FluidSection;
 use crate::follow::follow;
 use crate::orders::dismiss;
 use crate::participant::Fluid;
-#[cfg(not(feature = "mpi"))]
-use crate::ranks::Ranks;
-use crate::ranks::Traffic;
+use crate::ranks::{Ranks, Traffic};
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
@@ -18,50 +16,34 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// The whole program. Started by `mpirun` as one of several, all but the first rank follow the first.
+/// The whole program, alone or as one of several `ranks`, of which all but the first follow the first.
 #[must_use]
-pub fn main() -> ExitCode {
-    match start() {
-        Ok(None) => bedload_program::main::<Fluid>(),
-        Ok(Some((_universe, ranks))) if ranks.is_first() => {
-            ranks.clone().set_process();
-            let code = bedload_program::main::<Fluid>();
-            // Who is gone needs no order.
-            let _ = dismiss(&ranks);
-            let (size, Traffic { messages, bytes }) = (ranks.size(), ranks.traffic());
-            let megabytes = bytes as f64 * 1e-6;
-            protocol::tell!(
-                "{}: {size} ranks; the first sent {messages} messages, {megabytes:.1} MB",
-                Fluid::PROGRAM
-            );
-            code
-        }
-        Ok(Some((_universe, ranks))) => match follow(&ranks) {
+pub fn main(ranks: Option<Ranks>) -> ExitCode {
+    let Some(ranks) = ranks else { return bedload_program::main::<Fluid>() };
+    if !ranks.is_first() {
+        return match follow(&ranks) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => failed(&format!("rank {}: {error}", ranks.rank())),
-        },
-        Err(what) => failed(&what),
+        };
     }
+    ranks.clone().set_process();
+    let code = bedload_program::main::<Fluid>();
+    // Who is gone needs no order.
+    let _ = dismiss(&ranks);
+    let (size, Traffic { messages, bytes }) = (ranks.size(), ranks.traffic());
+    let megabytes = bytes as f64 * 1e-6;
+    protocol::tell!(
+        "{}: {size} ranks; the first sent {messages} messages, {megabytes:.1} MB",
+        Fluid::PROGRAM
+    );
+    code
 }
 
-fn failed(what: &str) -> ExitCode {
+/// Says `what` is wrong, and that the program has failed.
+#[must_use]
+pub fn failed(what: &str) -> ExitCode {
     protocol::say!("{}: {what}", Fluid::PROGRAM);
     ExitCode::FAILURE
-}
-
-#[cfg(feature = "mpi")]
-use crate::ranks::start_mpi as start;
-
-/// Without MPI a process is alone; several of them would write into the same folder.
-#[cfg(not(feature = "mpi"))]
-fn start() -> Result<Option<((), Ranks)>, String> {
-    match crate::ranks::launched() {
-        Some(size @ 2..) => Err(format!(
-            "was started as one of {size} ranks, but built without MPI: build it with `cargo build --release -p \
-             bedload-fluid --features mpi`"
-        )),
-        _ => Ok(None),
-    }
 }
 
 /// Part of the mean speed at which fluid may go through a grain at the end of a run: about that part its

@@ -19,7 +19,7 @@ use crate::initial::{self, Start};
 use crate::methods;
 use crate::methods::beyond::Beyond;
 use crate::methods::calibrated::calibration::Calibration;
-use crate::methods::grains::{Grains, Memory};
+use crate::methods::grains::{Grains, Memory, drive};
 use crate::methods::immersed_boundary::ImmersedBoundary;
 use crate::plan::{self, Plan};
 use crate::ranks::Ranks;
@@ -186,6 +186,7 @@ impl<const D: usize> Solver<D> {
         if let Some(memory) = start.memory() {
             grains.memory.before.clone_from(&memory.before);
             grains.memory.before_dt = memory.before_dt;
+            grains.memory.drive = memory.drive;
             grains.memory.jumps.clone_from(&memory.jumps);
             grains.memory.taken.clone_from(&memory.taken);
         }
@@ -259,6 +260,7 @@ impl<const D: usize> Solver<D> {
         let memory = &mut grains.memory;
         std::mem::swap(&mut memory.before, &mut memory.motions);
         memory.before_dt = window.dt;
+        memory.drive = drive(stepper);
         let geometry = stepper.grid().geometry;
         let mut count = 0;
         exchange.receive(window, &mut |_, records| {

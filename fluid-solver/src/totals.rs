@@ -76,6 +76,10 @@ impl Totals {
             };
             let beside = (1..D).any(|a| walls(a, at[a]).next().is_some());
             let ends = [at[0], at[0] + places.len() - 1];
+            // Momentum where it is asked for, else walls alone.
+            if self.across.is_none() && !beside && ends.iter().all(|end| walls(0, *end).next().is_none()) {
+                return;
+            }
             let rest: [f64; D] = std::array::from_fn(|a| grid.volumes(d, a)[at[a]]);
             for (index, first) in places.zip(&grid.volumes(d, 0)[at[0]..]) {
                 // As `control_volume` has it.

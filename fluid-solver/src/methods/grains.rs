@@ -22,6 +22,8 @@ pub struct Memory {
     pub before: Vec<Motion>,
     /// Length of that window, s; zero: there was none.
     pub before_dt: f64,
+    /// What drove the whole fluid along periodic axes in that window, m/s².
+    pub drive: [f64; 3],
     /// What contacts changed of each grain's velocity in that window, m/s, see [`super::loads`].
     pub jumps: Vec<[f64; 3]>,
     /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain
@@ -37,19 +39,10 @@ impl Memory {
         others.iter().all(|m| *m == n).then_some(n)
     }
 
-    /// What drives the whole fluid along periodic axes in the first window, m/s²; zero in later windows.
-    pub(crate) fn first_drive<const D: usize>(&self, stepper: &Stepper<D>) -> [f64; 3] {
-        let mut drive = [0.0; 3];
-        if self.before_dt == 0.0 {
-            let grid = stepper.grid();
-            for a in (0..D).filter(|a| grid.periodic(*a)) {
-                drive[laboratory(grid.geometry, a)] = stepper.options().body_force[a];
-            }
-            if let Some(flow) = stepper.flow_rate() {
-                drive[laboratory(grid.geometry, flow.axis())] += flow.acceleration();
-            }
-        }
-        drive
+    /// Change of what drives the whole fluid along periodic axes since the last window, m/s².
+    pub(crate) fn change_of_drive<const D: usize>(&self, stepper: &Stepper<D>) -> [f64; 3] {
+        let now = drive(stepper);
+        std::array::from_fn(|c| now[c] - self.drive[c])
     }
 
     /// Mean acceleration of a grain over the last window: zero in the first.
@@ -61,6 +54,18 @@ impl Memory {
         let rate = |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| (a[c] - b[c]) / self.before_dt);
         Wrench { force: rate(&now.velocity, &before.velocity), torque: rate(&now.spin, &before.spin) }
     }
+}
+
+/// What drives the whole fluid along periodic axes in the last step, m/s²: body force and pressure gradient.
+pub(crate) fn drive<const D: usize>(stepper: &Stepper<D>) -> [f64; 3] {
+    let (grid, mut drive) = (stepper.grid(), [0.0; 3]);
+    for a in (0..D).filter(|a| grid.periodic(*a)) {
+        drive[laboratory(grid.geometry, a)] = stepper.options().body_force[a];
+    }
+    if let Some(flow) = stepper.flow_rate() {
+        drive[laboratory(grid.geometry, flow.axis())] += flow.acceleration();
+    }
+    drive
 }
 
 /// The grains of a fluid.

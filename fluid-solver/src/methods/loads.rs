@@ -72,10 +72,10 @@ pub(super) struct Measured {
     pub(super) more: f64,
     /// ∫ β dV on the grid's nodes of each component, m³, where it is to count.
     volume: Option<[f64; 3]>,
-    /// Acceleration that the fluid as a whole begins with, m/s²: in the first window only.
+    /// Change of the acceleration of the fluid as a whole since the window before, m/s².
     pub(super) drive: [f64; 3],
-    /// The same along the axes along which the fluid moves the grain, which begins with it there.
-    begins: [f64; 3],
+    /// The same along the axes along which the fluid moves the grain, which follows it there.
+    pub(super) follows: [f64; 3],
     /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
     /// eq. 20).
     starts: bool,
@@ -97,8 +97,8 @@ impl LoadsRule {
         for c in 0..3 {
             loads.force[c] = -rho * f.force[c] - mass * self.gravity[c];
             loads.torque[c] = -rho * self.of_rotation(shape) * f.torque[c];
-            // Virtual mass resists motion relative to the fluid. A DEM counts the part of the fluid
-            // through A_prev, of which it knows nothing before the first window.
+            // Virtual mass resists motion relative to the fluid, C_v m_f (A_f − A): the force measured has
+            // A_f,prev − A_prev of that, and a DEM adds A_prev − A.
             loads.force[c] += loads.added_mass * (measured.drive[c] + measured.ahead.force[c])
                 + (measured.near_before - measured.near) * mass * a.force[c]
                 + (coefficient + measured.near_before) * mass * (in_this[c] - in_that[c])
@@ -170,7 +170,7 @@ impl LoadsRule {
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
             // The mask held no jump.
-            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.begins[c];
+            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.follows[c];
             loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
             loads.torque[c] -=
                 inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
@@ -239,14 +239,14 @@ impl GrainLoads {
         shapes.map(leak).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Takes volumes, accelerations and what drives the fluid at first.
+    /// Takes volumes, accelerations and what drives the fluid.
     pub(super) fn measure<const D: usize>(&mut self, fluid: &Stepper<D>, grains: &Grains<D>) {
         let memory = &grains.memory;
         if self.displaced_mass {
             grains.immersed.volumes(fluid.grid().geometry, &mut self.volumes);
         }
         self.rule.gravity = grains.gravity;
-        let drive = memory.first_drive(fluid);
+        let drive = memory.change_of_drive(fluid);
         for (grain, m) in self.measured.iter_mut().enumerate() {
             m.acceleration = memory.acceleration(grain);
             if memory.before_dt > 0.0 {
@@ -255,7 +255,7 @@ impl GrainLoads {
                 m.taken = memory.taken[grain].map(|taken| taken / grains.model.dt);
             }
             m.drive = drive;
-            m.begins = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
+            m.follows = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
         }

@@ -1,17 +1,13 @@
 //! The processes that share one fluid: who there is, and what they tell each other.
 //!
 //! A [`Ranks`] is one of them, with a [`Link`] to the others: none ([`Ranks::alone`]), threads of this
-//! process ([`threads`]) or MPI. All that is sent goes through [`Ranks::exchange`], and what is combined is
+//! process ([`threads`]) or what a program brings, as `bedload-fluid` brings MPI. All that is sent goes through [`Ranks::exchange`], and what is combined is
 //! combined in the order of the ranks, so that no result depends on their number.
 //!
 //! An exchange that fails does not interrupt a sweep: the failure is kept, everything after it is left
 //! out, and [`Ranks::check`] tells it at the end of the window.
 
-#[cfg(feature = "mpi")]
-mod mpi;
 mod rank;
 pub mod threads;
 
-#[cfg(feature = "mpi")]
-pub use mpi::start as start_mpi;
 pub use rank::{Link, Ranks, Traffic, launched};

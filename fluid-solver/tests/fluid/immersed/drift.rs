@@ -56,6 +56,40 @@ fn a_neutral_grain_moves_with_the_accelerated_fluid() {
     }
 }
 
+/// However what drives the fluid changes: from rest in one window, by ramps, in and against the direction of
+/// motion. The fluid's velocity is the exact solution, the grain included.
+#[test]
+fn a_neutral_grain_follows_a_drive_that_changes() {
+    fn ramp(from: f64, t: f64) -> f64 {
+        ((t - from) / 0.05).clamp(0.0, 1.0)
+    }
+    type Velocity = fn(f64) -> f64;
+    let cases: [(&str, Velocity); 3] = [
+        ("flow_rate = { axis = \"x\", mean_velocity = 1.0 }", |_| 1.0),
+        (
+            "flow_rate = { axis = \"x\", mean_velocity = [[0.1, 0.5], [0.15, 1.0], [0.3, 1.0], [0.35, 0.2]] }",
+            |t| 0.5 + 0.5 * ramp(0.1, t) - 0.8 * ramp(0.3, t),
+        ),
+        ("body_force = { amplitude = [0.7, 0.0, 0.0], frequency = 2.0 }", |t| {
+            let rate = 4.0 * std::f64::consts::PI;
+            0.7 * (1.0 - (rate * t).cos()) / rate
+        }),
+    ];
+    for (drive, exact) in cases {
+        let mut run = box_with(2.0, drive, 0.0, true);
+        for step in 1..=50 {
+            run.windows(1);
+            let (velocity, t) = (run.newton.motions[0].velocity, 0.01 * f64::from(step));
+            let drift = velocity[0] - exact(t);
+            // Across, the grain sees the grid.
+            assert!(
+                drift.abs() < 1e-5 && velocity[2].abs() < 1e-4,
+                "{drive}, {t} s: {drift:.2e} {velocity:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn all_grains_fall_with_a_fluid_that_nothing_holds() {
     // Gravity along a periodic axis accelerates fluid and grains alike, whatever their density:

@@ -7,6 +7,10 @@
 //! - strong: a channel and a periodic box of CELLS³ for all ranks together;
 //! - weak: 64³ cells for each rank, one slab upon the other.
 
+#[cfg(feature = "mpi")]
+#[path = "../src/mpi.rs"]
+mod mpi;
+
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::field::set_component;
@@ -152,7 +156,7 @@ fn by_threads(cells: usize) {
 
 #[cfg(feature = "mpi")]
 fn by_mpi(cells: usize) -> bool {
-    let Some((_universe, ranks)) = fluid_solver::ranks::start_mpi().expect("MPI starts") else {
+    let Some((_universe, ranks)) = mpi::start().expect("MPI starts") else {
         return false;
     };
     let times = one_way(&ranks);

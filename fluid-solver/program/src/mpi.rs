@@ -4,12 +4,12 @@
 //! All messages are sent and received without blocking and then polled, so that a rank that hangs is named. A
 //! rank that dies is noticed by `mpirun`, which names it and ends the others.
 
-use super::rank::{Link, Ranks, launched};
 use ::mpi::Threading;
 use ::mpi::environment::Universe;
 use ::mpi::request::{Request, Scope};
 use ::mpi::topology::{Communicator, SimpleCommunicator};
 use ::mpi::traits::{Destination, Source};
+use fluid_solver::ranks::{Link, Ranks, launched};
 use std::time::{Duration, Instant};
 
 /// Polls before a rank begins to sleep between them, and how long.
@@ -26,7 +26,7 @@ struct Mpi {
 ///
 /// # Errors
 /// If the MPI library cannot be called from the threads of a pool.
-pub fn start() -> Result<Option<(Universe, Ranks)>, String> {
+pub(crate) fn start() -> Result<Option<(Universe, Ranks)>, String> {
     if launched().is_none_or(|size| size < 2) {
         return Ok(None);
     }
