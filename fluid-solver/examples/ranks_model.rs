@@ -1,7 +1,6 @@
-//! Time of a step by several ranks, from what `ranks_cost` measures:
-//! `cargo run --release -p bedload-fluid-solver --example ranks_model -- NS_PER_CELL LATENCY_US GB_PER_S [FILE]`
-//! (docs/ranks.md, A model of more ranks). Writes a figure, by default `docs/figures/ranks-model.svg`, and
-//! prints its numbers.
+//! Time of a step by several ranks, from what `ranks_cost` measures: `cargo run --release -p
+//! bedload-fluid-solver --example ranks_model -- NS_PER_CELL LATENCY_US GB_PER_S [FILE]` (docs/ranks.md, A
+//! model of more ranks). Writes a figure, by default `docs/figures/ranks-model.svg`, and prints its numbers.
 //!
 //! RK3 with three projections and explicit viscosity; ranks share a periodic box in slabs along z.
 

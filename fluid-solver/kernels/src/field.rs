@@ -4,7 +4,11 @@
 
 use crate::grid::Grid;
 use crate::open::OpenFaces;
+use crate::threads::for_chunks;
 use std::ops::Range;
+
+/// Values that a thread clears at a time.
+const CLEARED: usize = 16_384;
 
 /// Everything that decides the next time step; copying it saves a run, putting it back restores it.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,7 +71,7 @@ pub fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
 pub fn clear_own<const D: usize>(grid: &Grid<D>, fields: &mut [Vec<f64>]) {
     let own = own_planes(grid);
     let fields = fields.iter_mut().filter(|field| !field.is_empty());
-    fields.for_each(|field| field[own.clone()].fill(0.0));
+    fields.for_each(|field| for_chunks(&mut field[own.clone()], CLEARED, |_, chunk| chunk.fill(0.0)));
 }
 
 /// Where the planes of this process lie in a field; without ranks the whole field.

@@ -3,9 +3,18 @@
 use super::Immersed;
 use super::layer_sums::{first, words};
 use crate::grid::Grid;
+use rayon::prelude::*;
 
 /// Values at the [`Places`], by component.
 pub type Values<const D: usize> = [Vec<f64>; D];
+
+/// Values from which on components are worked on side by side.
+const MANY: usize = 32_768;
+
+/// Fewest of `D` components for a thread, where there are `values` of them in all.
+pub fn fewest<const D: usize>(values: usize) -> usize {
+    if values < MANY { D } else { 1 }
+}
 
 /// Groups of eight cells that hold force, or held some since [`Places::clear`]. It only grows, at its end:
 /// values taken earlier are the beginning of those taken later, and are zero at what has come since.
@@ -65,21 +74,44 @@ impl<const D: usize> Places<D> {
         }
     }
 
+    /// `out` ← the control volumes here, in the unit of [`Grid::control_volume`]; zero where there is no
+    /// unknown.
+    pub fn volumes(&self, grid: &Grid<D>, out: &mut Values<D>) {
+        for (d, (begins, out)) in self.begins.iter().zip(out).enumerate() {
+            let unknowns = grid.unknowns(d);
+            out.clear();
+            for begin in begins {
+                let mut rest = begin - first(grid, 0);
+                let mut at = [0; D];
+                for a in (0..D).rev() {
+                    (at[a], rest) = (rest / grid.stride(a), rest % grid.stride(a));
+                }
+                out.extend((0..8).map(|lane| {
+                    let at = std::array::from_fn(|a| if a == 0 { at[0] + lane } else { at[a] });
+                    let known = unknowns.iter().zip(at).all(|(range, at)| range.contains(&at));
+                    if known { grid.control_volume(d, at) } else { 0.0 }
+                }));
+            }
+        }
+    }
+
     /// `out` ← the fields' values here.
     pub fn gather(&self, fields: &[Vec<f64>; D], out: &mut Values<D>) {
-        for ((begins, field), out) in self.begins.iter().zip(fields).zip(out) {
+        let each = self.begins.par_iter().zip(fields).zip(out);
+        each.with_min_len(fewest::<D>(self.cells())).for_each(|((begins, field), out)| {
             out.clear();
             begins.iter().for_each(|begin| out.extend_from_slice(&field[*begin..*begin + 8]));
-        }
+        });
     }
 
     /// Writes values into the fields; those that are missing at the end are zero.
     pub fn scatter(&self, values: &Values<D>, fields: &mut [Vec<f64>; D]) {
-        for ((begins, field), values) in self.begins.iter().zip(fields).zip(values) {
+        let each = self.begins.par_iter().zip(fields).zip(values);
+        each.with_min_len(fewest::<D>(self.cells())).for_each(|((begins, field), values)| {
             let (mut groups, zero) = (values.chunks_exact(8), [0.0; 8]);
             for begin in begins {
                 field[*begin..*begin + 8].copy_from_slice(groups.next().unwrap_or(&zero[..]));
             }
-        }
+        });
     }
 }

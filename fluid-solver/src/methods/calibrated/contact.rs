@@ -12,14 +12,15 @@
 //! which, times b, is symmetric and positive: conjugate gradients with the metric ∫ b f g dV. The grain gets
 //! what the fluid took, once, with the next message.
 
-use crate::field::{clear_own, for_each_own_unknown, own_planes};
+use crate::field::{clear_own, own_planes};
 use crate::grid::Grid;
 use crate::immersed::Immersed;
 use crate::immersed::body::{Motion, Shape};
 use crate::immersed::mask_model::{Mask, MaskModel};
-use crate::immersed::places::{Places, Values};
+use crate::immersed::places::{Places, Values, fewest};
 use crate::methods::grains::Grains;
 use crate::step::Stepper;
+use rayon::prelude::*;
 
 /// Residual at which the solve ends, over that at its start: what the fluid takes is within 0.2 % of what it
 /// is at a tenth of it, for half as many projections.
@@ -150,13 +151,14 @@ impl<const D: usize> Contact<D> {
         places.gather(field, residual);
         immersed.store_mask(grid, model, motions, field);
         places.gather(field, mask);
-        for (d, field) in field.iter_mut().enumerate() {
-            for_each_own_unknown(grid, d, |at, index| field[index] = grid.control_volume(d, at));
-        }
-        places.gather(field, image);
+        places.volumes(grid, image);
         multiply(mask, image, weight);
-        let at = residual.iter_mut().flatten().zip(mask.iter().flatten());
-        at.for_each(|(residual, b)| *residual = if *b > 0.0 { *residual / b } else { 0.0 });
+        let fewest = fewest::<D>(places.cells());
+        let each = residual.par_iter_mut().zip(&*mask).with_min_len(fewest);
+        each.for_each(|(residual, b)| {
+            let at = residual.iter_mut().zip(b);
+            at.for_each(|(residual, b)| *residual = if *b > 0.0 { *residual / b } else { 0.0 });
+        });
         for ((force, direction), residual) in force.iter_mut().zip(&mut *direction).zip(&*residual) {
             direction.clone_from(residual);
             force.clear();
@@ -168,15 +170,21 @@ impl<const D: usize> Contact<D> {
         while rounds < MOST && size > RESIDUAL * RESIDUAL * first {
             rounds += 1;
             project(fluid, places, field, mask, direction, image);
-            let at = image.iter_mut().flatten().zip(direction.iter().flatten()).zip(mask.iter().flatten());
-            at.for_each(|((image, direction), b)| *image += (1.0 - b) * direction);
+            let each = image.par_iter_mut().zip(&*direction).zip(&*mask).with_min_len(fewest);
+            each.for_each(|((image, direction), b)| {
+                let at = image.iter_mut().zip(direction).zip(b);
+                at.for_each(|((image, direction), b)| *image += (1.0 - b) * direction);
+            });
             let step = size / product(fluid.grid(), weight, direction, image);
             add(force, step, direction);
             add(residual, -step, image);
             let before = size;
             size = product(fluid.grid(), weight, residual, residual);
-            let at = direction.iter_mut().flatten().zip(residual.iter().flatten());
-            at.for_each(|(direction, residual)| *direction = residual + size / before * *direction);
+            let each = direction.par_iter_mut().zip(&*residual).with_min_len(fewest);
+            each.for_each(|(direction, residual)| {
+                let at = direction.iter_mut().zip(residual);
+                at.for_each(|(direction, residual)| *direction = residual + size / before * *direction);
+            });
         }
     }
 }
@@ -197,27 +205,36 @@ fn project<const D: usize>(
     places.gather(field, out);
 }
 
+/// Number of values, over all components.
+fn count<const D: usize>(values: &Values<D>) -> usize {
+    values.iter().map(Vec::len).sum()
+}
+
 /// `out` ← a b.
 fn multiply<const D: usize>(a: &Values<D>, b: &Values<D>, out: &mut Values<D>) {
-    for ((a, b), out) in a.iter().zip(b).zip(out) {
+    let each = a.par_iter().zip(b).zip(out).with_min_len(fewest::<D>(count(a)));
+    each.for_each(|((a, b), out)| {
         out.clear();
         out.extend(a.iter().zip(b).map(|(a, b)| a * b));
-    }
+    });
 }
 
 /// `to` += factor `from`.
 fn add<const D: usize>(to: &mut Values<D>, factor: f64, from: &Values<D>) {
-    let at = to.iter_mut().flatten().zip(from.iter().flatten());
-    at.for_each(|(to, from)| *to += factor * from);
+    let each = to.par_iter_mut().zip(from).with_min_len(fewest::<D>(count(from)));
+    each.for_each(|(to, from)| {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
+    });
 }
 
 /// Σ weight a b over the places of all ranks, in the order of the planes whatever the number of ranks.
 fn product<const D: usize>(grid: &Grid<D>, weight: &Values<D>, a: &Values<D>, b: &Values<D>) -> f64 {
     let mut sums = [0.0; D];
     grid.division.ranks().relay(&mut sums, |sums| {
-        for (sum, ((weight, a), b)) in sums.iter_mut().zip(weight.iter().zip(a).zip(b)) {
+        let each = sums.par_iter_mut().zip(weight).zip(a).zip(b).with_min_len(fewest::<D>(count(weight)));
+        each.for_each(|(((sum, weight), a), b)| {
             weight.iter().zip(a).zip(b).for_each(|((weight, a), b)| *sum += weight * a * b);
-        }
+        });
     });
     sums.iter().sum()
 }
