@@ -11,9 +11,9 @@ pub type Values<const D: usize> = [Vec<f64>; D];
 /// Values from which on components are worked on side by side.
 const MANY: usize = 32_768;
 
-/// Fewest of `D` components for a thread, where there are `values` of them in all.
-pub fn fewest<const D: usize>(values: usize) -> usize {
-    if values < MANY { D } else { 1 }
+/// Fewest components for a thread: all where there are few values.
+pub fn fewest<const D: usize>(values: &Values<D>) -> usize {
+    if values.iter().map(Vec::len).sum::<usize>() < MANY { D } else { 1 }
 }
 
 /// Groups of eight cells that hold force, or held some since [`Places::clear`]. It only grows, at its end:
@@ -97,8 +97,9 @@ impl<const D: usize> Places<D> {
 
     /// `out` ← the fields' values here.
     pub fn gather(&self, fields: &[Vec<f64>; D], out: &mut Values<D>) {
+        let fewest = fewest(out);
         let each = self.begins.par_iter().zip(fields).zip(out);
-        each.with_min_len(fewest::<D>(self.cells())).for_each(|((begins, field), out)| {
+        each.with_min_len(fewest).for_each(|((begins, field), out)| {
             out.clear();
             begins.iter().for_each(|begin| out.extend_from_slice(&field[*begin..*begin + 8]));
         });
@@ -107,7 +108,7 @@ impl<const D: usize> Places<D> {
     /// Writes values into the fields; those that are missing at the end are zero.
     pub fn scatter(&self, values: &Values<D>, fields: &mut [Vec<f64>; D]) {
         let each = self.begins.par_iter().zip(fields).zip(values);
-        each.with_min_len(fewest::<D>(self.cells())).for_each(|((begins, field), values)| {
+        each.with_min_len(fewest(values)).for_each(|((begins, field), values)| {
             let (mut groups, zero) = (values.chunks_exact(8), [0.0; 8]);
             for begin in begins {
                 field[*begin..*begin + 8].copy_from_slice(groups.next().unwrap_or(&zero[..]));

@@ -153,12 +153,7 @@ impl<const D: usize> Contact<D> {
         places.gather(field, mask);
         places.volumes(grid, image);
         multiply(mask, image, weight);
-        let fewest = fewest::<D>(places.cells());
-        let each = residual.par_iter_mut().zip(&*mask).with_min_len(fewest);
-        each.for_each(|(residual, b)| {
-            let at = residual.iter_mut().zip(b);
-            at.for_each(|(residual, b)| *residual = if *b > 0.0 { *residual / b } else { 0.0 });
-        });
+        change(residual, [mask], |residual, [b]| *residual = if b > 0.0 { *residual / b } else { 0.0 });
         for ((force, direction), residual) in force.iter_mut().zip(&mut *direction).zip(&*residual) {
             direction.clone_from(residual);
             force.clear();
@@ -170,21 +165,14 @@ impl<const D: usize> Contact<D> {
         while rounds < MOST && size > RESIDUAL * RESIDUAL * first {
             rounds += 1;
             project(fluid, places, field, mask, direction, image);
-            let each = image.par_iter_mut().zip(&*direction).zip(&*mask).with_min_len(fewest);
-            each.for_each(|((image, direction), b)| {
-                let at = image.iter_mut().zip(direction).zip(b);
-                at.for_each(|((image, direction), b)| *image += (1.0 - b) * direction);
-            });
+            change(image, [direction, mask], |image, [direction, b]| *image += (1.0 - b) * direction);
             let step = size / product(fluid.grid(), weight, direction, image);
             add(force, step, direction);
             add(residual, -step, image);
             let before = size;
             size = product(fluid.grid(), weight, residual, residual);
-            let each = direction.par_iter_mut().zip(&*residual).with_min_len(fewest);
-            each.for_each(|(direction, residual)| {
-                let at = direction.iter_mut().zip(residual);
-                at.for_each(|(direction, residual)| *direction = residual + size / before * *direction);
-            });
+            let ratio = size / before;
+            change(direction, [residual], |direction, [residual]| *direction = residual + ratio * *direction);
         }
     }
 }
@@ -205,33 +193,38 @@ fn project<const D: usize>(
     places.gather(field, out);
 }
 
-/// Number of values, over all components.
-fn count<const D: usize>(values: &Values<D>) -> usize {
-    values.iter().map(Vec::len).sum()
+/// Calls `with` for every value of `to` and those of `from` at its place, components side by side where there
+/// are many values.
+fn change<const D: usize, const N: usize>(
+    to: &mut Values<D>,
+    from: [&Values<D>; N],
+    with: impl Fn(&mut f64, [f64; N]) + Sync,
+) {
+    let fewest = fewest(to);
+    to.par_iter_mut().enumerate().with_min_len(fewest).for_each(|(d, to)| {
+        let from = from.map(|values| &values[d][..to.len()]);
+        for (k, to) in to.iter_mut().enumerate() {
+            with(to, from.map(|values| values[k]));
+        }
+    });
 }
 
 /// `out` ← a b.
 fn multiply<const D: usize>(a: &Values<D>, b: &Values<D>, out: &mut Values<D>) {
-    let each = a.par_iter().zip(b).zip(out).with_min_len(fewest::<D>(count(a)));
-    each.for_each(|((a, b), out)| {
-        out.clear();
-        out.extend(a.iter().zip(b).map(|(a, b)| a * b));
-    });
+    out.iter_mut().zip(a).for_each(|(out, a)| out.resize(a.len(), 0.0));
+    change(out, [a, b], |out, [a, b]| *out = a * b);
 }
 
 /// `to` += factor `from`.
 fn add<const D: usize>(to: &mut Values<D>, factor: f64, from: &Values<D>) {
-    let each = to.par_iter_mut().zip(from).with_min_len(fewest::<D>(count(from)));
-    each.for_each(|(to, from)| {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
-    });
+    change(to, [from], |to, [from]| *to += factor * from);
 }
 
 /// Σ weight a b over the places of all ranks, in the order of the planes whatever the number of ranks.
 fn product<const D: usize>(grid: &Grid<D>, weight: &Values<D>, a: &Values<D>, b: &Values<D>) -> f64 {
     let mut sums = [0.0; D];
     grid.division.ranks().relay(&mut sums, |sums| {
-        let each = sums.par_iter_mut().zip(weight).zip(a).zip(b).with_min_len(fewest::<D>(count(weight)));
+        let each = sums.par_iter_mut().zip(weight).zip(a).zip(b).with_min_len(fewest(weight));
         each.for_each(|(((sum, weight), a), b)| {
             weight.iter().zip(a).zip(b).for_each(|((weight, a), b)| *sum += weight * a * b);
         });
