@@ -417,7 +417,7 @@ pub struct Mark {
 }
 
 /// The sections of studies in a file.
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 struct Document {
     chart: Option<Section>,
     stability: Option<Section>,
@@ -433,6 +433,7 @@ impl Section {
         source.refuse_retired(&RETIRED)?;
         // The paths of a case lead to files of its runs, too: they stay as they are written.
         let whole: Document = source.section()?;
+        source.refuse_longer_lists(&whole)?;
         let written: toml::Table = toml::from_str(&source.text).unwrap_or_default();
         let mut keys =
             written.get(kind.name()).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys);

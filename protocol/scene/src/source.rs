@@ -110,8 +110,11 @@ impl SceneSource {
         }
     }
 
-    /// Refuses a list with more numbers than what was read of it: a vector of four.
-    pub(crate) fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
+    /// Refuses a list with more entries than what was read of it, such as a vector of four.
+    ///
+    /// # Errors
+    /// At the first such list.
+    pub fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
         let Ok(read) = toml::Value::try_from(read) else { return Ok(()) };
         let written: toml::Value = toml::from_str(&self.text).map_err(|error| self.convert(&error))?;
         match longer_list(&written, &read, String::new()) {

@@ -79,4 +79,8 @@ fn a_wrong_case_is_refused_with_what_is_wrong() {
     let pictures = "[[case.pictures]]\nname = \"grains\"\ntitle = \"\"\nrun = \"fine-8\"\n";
     let of_none = read(&format!("{GOOD}{pictures}")).expect_err("no such run").to_string();
     assert!(of_none.contains("of no run"), "{of_none}");
+    let runs = "runs = [\"coarse-8\", \"coarse-8\", \"coarse-8\"]";
+    let three = format!("{GOOD}[[case.differences]]\nname = \"\"\n{runs}\n{columns}");
+    let too_many = read(&three).expect_err("a run more than two").to_string();
+    assert!(too_many.contains("3 entries") && too_many.contains("allowed: 2"), "{too_many}");
 }
