@@ -75,7 +75,7 @@ pub(super) struct Measured {
     /// Change of the acceleration of the fluid as a whole since the window before, m/s².
     pub(super) drive: [f64; 3],
     /// The same along the axes along which the fluid moves the grain, which follows it there.
-    pub(super) follows: [f64; 3],
+    pub(super) free_drive: [f64; 3],
     /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
     /// eq. 20).
     starts: bool,
@@ -170,7 +170,7 @@ impl LoadsRule {
         for (c, here) in volumes.into_iter().enumerate() {
             let uneven = if here > 0.0 { self.density * (here - volume) } else { 0.0 };
             // The mask held no jump.
-            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.follows[c];
+            let known = a.force[c] - measured.jump[0][c] + ahead.force[c] + measured.free_drive[c];
             loads.force[c] -= now * mass * a.force[c] + (late * mass + (late + now) * uneven) * known;
             loads.torque[c] -=
                 inertia * (now_spin * a.torque[c] + late_spin * (a.torque[c] + ahead.torque[c]));
@@ -255,7 +255,7 @@ impl GrainLoads {
                 m.taken = memory.taken[grain].map(|taken| taken / grains.model.dt);
             }
             m.drive = drive;
-            m.follows = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
+            m.free_drive = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
         }

@@ -158,7 +158,7 @@ impl<const D: usize> Iterations<D> {
             let before = numbers_of(&m.acceleration);
             let ahead = |c: usize| (guess[c] - now[c]) / dt - before[c];
             // It is in the first guess already.
-            (m.drive, m.follows) = ([0.0; 3], [0.0; 3]);
+            (m.drive, m.free_drive) = ([0.0; 3], [0.0; 3]);
             m.ahead =
                 Wrench { force: std::array::from_fn(ahead), torque: std::array::from_fn(|c| ahead(c + 3)) };
         }
