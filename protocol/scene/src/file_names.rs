@@ -44,21 +44,3 @@ pub fn is_file_name(name: &str) -> bool {
 pub(crate) fn is_taken(name: &str) -> bool {
     OUTPUT_FILES.iter().any(|own| own.eq_ignore_ascii_case(name))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_name_leads_to_no_other_folder() {
-        for name in ["u", "u_difference", "Re-100.x", &"a".repeat(100)] {
-            assert!(is_file_name(name), "{name}");
-        }
-        let wrong =
-            ["", ".", "..", ".hidden", "/etc/u", "../../u", "a/b", "a\\b", "C:u", "a b", "é", "a\0", "a\n"];
-        for name in wrong.into_iter().chain([&*"a".repeat(101)]) {
-            assert!(!is_file_name(name), "{name}");
-        }
-        assert!(is_taken("series.csv") && is_taken("Series.CSV") && !is_taken("u.csv"));
-    }
-}

@@ -53,39 +53,3 @@ impl SplitMix64 {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::checked::CheckedScene;
-    use crate::source::SceneSource;
-
-    /// As grains were placed before periodic axes were spanned: whole within the region, one by one.
-    #[test]
-    fn a_region_that_does_not_span_the_axis_keeps_its_places() {
-        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
-                    upper = [4.0, 4.0, 4.0]\n\
-                    boundary = { x = \"periodic\", y = \"no-slip\", z = \"free-slip\" }\n\
-                    [[groups]]\ncount = 25\nlower = [0.25, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\nradius = 0.4\n\
-                    radius_spread = 0.25\ndensity = 1.0\nseed = 7\n";
-        let source = SceneSource { file: "s.toml".into(), text: text.into() };
-        let scene = CheckedScene::new(source).expect("room");
-        let (mut random, mut expected) = (SplitMix64(7), Vec::<([f64; 3], f64)>::new());
-        for _ in 0..25 {
-            let radius = random.about(0.4, 0.25);
-            let place = loop {
-                let place = [0.25, 0.0, 0.0].map(|lower: f64| {
-                    let (lower, upper) = (lower + radius, 4.0 - radius);
-                    lower + (upper - lower) * random.unit()
-                });
-                let square = |other: &[f64; 3]| (0..3).map(|k| (place[k] - other[k]).powi(2)).sum::<f64>();
-                if expected.iter().all(|(other, r)| square(other) >= (radius + r).powi(2)) {
-                    break place;
-                }
-            };
-            expected.push((place, radius));
-        }
-        let grains: Vec<_> = scene.grains.iter().map(|grain| (grain.position, grain.radius)).collect();
-        assert_eq!(grains, expected);
-    }
-}

@@ -387,16 +387,3 @@ fn longer_list(written: &toml::Value, read: &toml::Value, key: String) -> Option
         _ => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_state_is_of_a_scene_whatever_its_end() {
-        let source = |text: &str| SceneSource { file: "s.toml".into(), text: text.into() };
-        let text = "until = 1.0\n\n[domain]\ncells = [4] # few\n";
-        let later = "# longer\nuntil = 2\n[chart]\nmetric = \"e\"\n[domain]\ncells = [4]\n";
-        assert_eq!(source(text).without_end(), source(later).without_end());
-    }
-}

@@ -315,36 +315,3 @@ impl<'a> Below<'a> {
         (floor - ahead / PACKED / area).max(0.0)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::source::SceneSource;
-
-    #[test]
-    fn held_grains_are_found_by_their_columns() {
-        let at = |x: f64, y: f64, z: f64, motion: &str| {
-            format!(
-                "[[grains]]\nposition = [{x}, {y}, {z}]\nradius = 0.3\ndensity = 3.0\nmotion = \"{motion}\"\n"
-            )
-        };
-        let held = (0..12).map(|n| at(0.3 + 0.3 * f64::from(n), 1.9 - 0.1 * f64::from(n % 3), 1.0, "fixed"));
-        let free = (0..5).map(|n| at(0.4 + 0.75 * f64::from(n), 1.6, 6.0, "free"));
-        let text = format!(
-            "until = 10.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [4, 4, 8]\n\
-             boundary = {{ x = \"no-slip\", y = \"no-slip\", z = \"no-slip\" }}\n{}",
-            held.chain(free).collect::<String>()
-        );
-        let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene");
-        let below = Below::new(&scene);
-        for grain in scene.grains.iter().filter(|grain| grain.motion == Motion::Free) {
-            let held = scene.grains.iter().filter(|grain| grain.motion != Motion::Free);
-            let aside = |other: &&Grain| {
-                let [x, y] = [0, 1].map(|c| grain.position[c] - other.position[c]);
-                x.hypot(y) < 0.6
-            };
-            let ways = held.filter(aside).map(|other| 6.0 - other.position[2] - 0.6);
-            assert_eq!(below.held(grain, 2, -1.0), ways.fold(f64::INFINITY, f64::min));
-        }
-    }
-}

@@ -260,6 +260,12 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
             "chart.reference.richardson",
             "not varied",
         ),
+        (
+            "reference = 0.0873421",
+            "reference§ = { richardson = \"dem.steps_per_contact\", with = { \"dem.integrator\" = \"rk3\" } }",
+            "chart.reference.with",
+            "its values are symplectic-euler, velocity-verlet",
+        ),
         ("baseline =", "seed§ =", "chart.seed", "its name is now chart.baseline"),
         ("repeat = 2", "repeat§ = 0", "chart.repeat", "1 to 1000"),
         ("repeat = 2", "repeat§ = 1.5", "chart.repeat", "invalid type"),

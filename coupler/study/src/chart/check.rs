@@ -3,7 +3,7 @@
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::section::{Reference, Section};
-use crate::vary::Vary;
+use crate::vary::{Vary, text};
 
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     published(section, &scene.source)?;
@@ -98,6 +98,18 @@ fn reference(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
                     format!("has the key {key:?}, which is not varied"),
                     "name keys of [[chart.vary]], in quotes: { \"fluid.time.dt\" = 0.01 }",
                 );
+            }
+            for (place, vary) in section.vary.iter().enumerate() {
+                let choices = vary.choices(&format!("chart.vary[{place}]"), source)?;
+                let known: Vec<&str> = choices.iter().map(|choice| choice.text.as_str()).collect();
+                let value = limit.with.get(vary.header()).map(text);
+                if let Some(value) = value.filter(|value| !known.contains(&value.as_str())) {
+                    return wrong(
+                        "chart.reference.with",
+                        format!("has {} = {value:?}; its values are {}", vary.header(), known.join(", ")),
+                        "give one of them: the refinement of its runs is the reference",
+                    );
+                }
             }
             match limit.each.iter().find(|each| unknown(each) || *each == key) {
                 Some(each) => wrong(

@@ -1,6 +1,6 @@
 //! The text of a scene: `--set`, sweeps in it, places of errors.
 
-use bedload_scene::SceneSource;
+use bedload_scene::{CheckedScene, SceneSource};
 
 fn source(text: &str) -> SceneSource {
     SceneSource { file: "s.toml".into(), text: text.into() }
@@ -88,4 +88,14 @@ fn serde_errors_carry_key_and_line() {
     assert_eq!((unknown.line, unknown.key.as_str()), (6, "part.law.stifness"));
     let missing = source("[part]\nsize = 1.0\n").section::<Doc>().expect_err("missing");
     assert!(missing.message.contains("law"), "{missing}");
+}
+
+#[test]
+fn a_state_is_of_a_scene_whatever_its_end() {
+    let state = |text: &str| CheckedScene::new(source(text)).expect("a scene").state_sha256();
+    let domain = "[domain]\ngeometry = \"plane\"\nlower = [0, 0]\nupper = [1, 1]\ncells = [4, 8]";
+    let text = format!("until = 1.0\n\n{domain} # few\n");
+    let later = format!("# longer\nuntil = 2\n[chart]\nmetric = \"e\"\n{domain}\n");
+    assert_eq!(state(&text), state(&later));
+    assert_ne!(state(&text), state(&text.replace("[4, 8]", "[8, 8]")));
 }

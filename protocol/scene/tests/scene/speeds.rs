@@ -77,3 +77,32 @@ fn a_driven_flow_is_as_fast_as_walls_time_and_held_grains_let_it_be() {
     let alone = speed_under(0.5 * 128.0, Shape::Sphere, 1.0, 1.0);
     assert!(speed(&held) <= alone && speed(&held) > 0.0);
 }
+
+#[test]
+fn a_grain_falls_as_far_as_to_the_next_held_one_in_its_way() {
+    let at = |x: f64, y: f64, z: f64, motion: &str| {
+        format!(
+            "[[grains]]\nposition = [{x}, {y}, {z}]\nradius = 0.3\ndensity = 3.0\nmotion = \"{motion}\"\n"
+        )
+    };
+    let held: Vec<[f64; 3]> = (0..12)
+        .map(|n| [0.3 + 0.3 * f64::from(n), 1.9 - 0.1 * f64::from(n % 3), 1.0 + 0.2 * f64::from(n % 2)])
+        .collect();
+    let text: String = held.iter().map(|[x, y, z]| at(*x, *y, *z, "fixed")).collect();
+    for free in [
+        [0.4, 1.6, 6.0],
+        [1.15, 1.6, 6.0],
+        [1.9, 2.3, 6.0],
+        [2.65, 1.3, 6.0],
+        [3.4, 1.0, 6.0],
+        [1.9, 3.0, 6.0],
+    ] {
+        let scene = scene(&format!("{CLOSED}{text}{}", at(free[0], free[1], free[2], "free")));
+        let aside = |held: &&[f64; 3]| (held[0] - free[0]).hypot(held[1] - free[1]) < 0.6;
+        let ways = held.iter().filter(aside).map(|held| free[2] - held[2] - 0.6);
+        // To the floor at most.
+        let way = ways.fold(free[2] - 0.3, f64::min);
+        let falls = Speeds::of(&scene).grain;
+        assert!((falls - (2.0 * 2.0 * way).sqrt()).abs() < 1e-12, "{free:?}: {falls}");
+    }
+}

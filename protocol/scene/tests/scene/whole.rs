@@ -1,6 +1,6 @@
 //! Tests of whole scenes: random placement with and without periodic axes, names that become files.
 
-use bedload_scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SceneError, SceneSource, SplitMix64, is_file_name};
 
 /// `count` grains of radius ½ placed at random in a box of `side`, periodic or between walls.
 fn placed(plane: bool, face: &str, side: f64, count: usize, seed: u64) -> Result<CheckedScene, SceneError> {
@@ -195,4 +195,44 @@ fn counts_are_bounded_together_and_before_anything_is_made() {
     assert_eq!(error.key, "grain_files[0].copies");
     assert_eq!(table(2, [0.0, 0.0, 1.5]).unwrap().grains.len(), 2);
     std::fs::remove_file(&file).unwrap();
+}
+
+#[test]
+fn a_name_leads_to_no_other_folder() {
+    for name in ["u", "u_difference", "Re-100.x", &"a".repeat(100)] {
+        assert!(is_file_name(name), "{name}");
+    }
+    let wrong =
+        ["", ".", "..", ".hidden", "/etc/u", "../../u", "a/b", "a\\b", "C:u", "a b", "é", "a\0", "a\n"];
+    for name in wrong.into_iter().chain([&*"a".repeat(101)]) {
+        assert!(!is_file_name(name), "{name}");
+    }
+}
+
+/// As grains were placed before periodic axes were spanned: whole within the region, one by one.
+#[test]
+fn a_region_that_does_not_span_the_axis_keeps_its_places() {
+    let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
+                upper = [4.0, 4.0, 4.0]\n\
+                boundary = { x = \"periodic\", y = \"no-slip\", z = \"free-slip\" }\n\
+                [[groups]]\ncount = 25\nlower = [0.25, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\nradius = 0.4\n\
+                radius_spread = 0.25\ndensity = 1.0\nseed = 7\n";
+    let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("room");
+    let (mut random, mut expected) = (SplitMix64::new(7), Vec::<([f64; 3], f64)>::new());
+    for _ in 0..25 {
+        let radius = random.about(0.4, 0.25);
+        let place = loop {
+            let place = [0.25, 0.0, 0.0].map(|lower: f64| {
+                let (lower, upper) = (lower + radius, 4.0 - radius);
+                lower + (upper - lower) * random.unit()
+            });
+            let square = |other: &[f64; 3]| (0..3).map(|k| (place[k] - other[k]).powi(2)).sum::<f64>();
+            if expected.iter().all(|(other, r)| square(other) >= (radius + r).powi(2)) {
+                break place;
+            }
+        };
+        expected.push((place, radius));
+    }
+    let grains: Vec<_> = scene.grains.iter().map(|grain| (grain.position, grain.radius)).collect();
+    assert_eq!(grains, expected);
 }
