@@ -3,11 +3,14 @@
 use crate::grid::Grid;
 use crate::immersed::body::along_axes;
 use crate::solver::Solver;
-use bedload_output::{MetricValue, OutputFolder, points};
+use bedload_output::{MetricValue, OutputFolder, published_points};
 use bedload_scene::{Axis, CheckedScene, MetricKind, SceneError};
 use protocol::participant::SolverError;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+
+/// How far beyond the box a coordinate of a table may lie, over the length of the box.
+const ROUNDED: f64 = 1e-6;
 
 /// A metric that the velocity on a line decides.
 #[derive(Clone, Debug)]
@@ -79,14 +82,23 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
             Axis::R => "r",
         };
         let refuse = |what: String| {
-            let remedy = "give a CSV file with a header; paths count from the scene's folder";
+            let remedy =
+                "give a CSV file with a header and coordinates in m; paths count from the scene's folder";
             scene.source.error(&format!("metrics[{index}].file"), what, remedy)
         };
         let text = protocol::input_file::read_text(file)
             .map_err(|error| refuse(format!("is {}, which cannot be read: {error}", file.display())))?;
-        let rows = points(&text, letter, column)
+        let rows = published_points(&text, letter, column)
             .map_err(|what| refuse(format!("is {}, which {what}", file.display())))?;
         let (component, along, through) = (place(*component), place(*along), *through);
+        let domain = &scene.scene.domain;
+        let (low, high) = (domain.lower[along], domain.upper[along]);
+        // A table may have its ends rounded.
+        let margin = ROUNDED * (high - low);
+        if let Some((at, _)) = rows.iter().find(|(at, _)| !(low - margin..=high + margin).contains(at)) {
+            let (file, what) = (file.display(), format!("{letter} = {at}; the box is from {low} to {high}"));
+            return Err(refuse(format!("is {file}, which has {what}")));
+        }
         lines.push(line(Kind::Table(Table { component, along, letter, through, rows })));
     }
     Ok(lines)

@@ -12,14 +12,13 @@
 //! The parts are those of an `Engine`, one for two axes and one for space. What a stage leaves out
 //! because another part does it is planned beforehand (`stages`).
 
-use crate::boundary::Boundary;
 use crate::drive::Drive;
 use crate::engine::Engine;
 use crate::engines::HasEngine;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::flow_rate::FlowRate;
-use crate::grid::{Grid, GridError};
+use crate::grid::Grid;
 use crate::near_convection::NearConvection;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
@@ -224,26 +223,6 @@ impl<const D: usize> Stepper<D> {
     /// The prescribed flow rate, if any.
     pub fn flow_rate(&self) -> Option<&FlowRate<D>> {
         self.flow_rate.as_ref()
-    }
-
-    /// Sets the velocity of a no-slip wall, m/s, from now on (an impulsive change).
-    ///
-    /// # Errors
-    /// If the velocity has a component along the wall's normal.
-    pub fn set_wall_velocity(
-        &mut self,
-        axis: usize,
-        side: usize,
-        velocity: [f64; D],
-    ) -> Result<(), GridError> {
-        if velocity[axis] != 0.0 {
-            let velocity = velocity[axis];
-            return Err(GridError::NormalVelocity { axis, side, velocity });
-        }
-        if let Boundary::NoSlip { velocity: wall } = &mut self.flow.grid.boundaries[axis][side] {
-            *wall = velocity;
-        }
-        Ok(())
     }
 
     /// Everything that decides the next step.

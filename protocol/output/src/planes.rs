@@ -145,16 +145,18 @@ impl Planes {
         Some(mean)
     }
 
-    /// Mean of a velocity over all planes, m/s: (phase, component), phase 0 fluid, 1 grains.
-    pub(super) fn mean_velocity(&self, phase: usize, component: usize) -> f64 {
+    /// Mean of a velocity over the volume of all planes, m/s: (phase, component), phase 0 fluid, 1 grains.
+    /// Across the radius planes are `rings`.
+    pub(super) fn mean_velocity(&self, phase: usize, component: usize, rings: bool) -> f64 {
         let (mut sum, mut total) = (0.0, 0.0);
         for p in &self.planes {
+            let volume = p.width * if rings { p.at } else { 1.0 };
             let (velocity, share) = match phase {
                 0 => (p.fluid_velocity, 1.0 - p.solid_fraction),
                 _ => (p.grain_velocity, p.solid_fraction),
             };
-            sum += share * p.width * velocity[component];
-            total += share * p.width;
+            sum += share * volume * velocity[component];
+            total += share * volume;
         }
         sum / total
     }
@@ -315,10 +317,22 @@ mod tests {
     #[test]
     fn phases_are_weighed_with_how_much_of_them_there_is() {
         let mean = Planes::mean(&[sample(1.0, 0.1), sample(2.0, 0.3)]).unwrap();
-        assert!((mean.mean_velocity(1, 0) - 0.2).abs() < 1e-15);
+        assert!((mean.mean_velocity(1, 0, false) - 0.2).abs() < 1e-15);
         // fluid: half of z < 2 at a mean speed of 3, all of 2 < z < 4 at 9
-        assert!((mean.mean_velocity(0, 0) - (1.0 * 3.0 + 2.0 * 9.0) / 3.0).abs() < 1e-14);
+        assert!((mean.mean_velocity(0, 0, false) - (1.0 * 3.0 + 2.0 * 9.0) / 3.0).abs() < 1e-14);
         assert_eq!(Planes::mean(&[]), None);
+        // Poiseuille's flow in a tube, across the radius: twice the mean in the middle.
+        let ring = |k: u32| {
+            let at = (f64::from(k) + 0.5) / 400.0;
+            Plane {
+                at,
+                width: 1.0 / 400.0,
+                fluid_velocity: [0.0, 0.0, 2.0 - 2.0 * at * at],
+                ..Plane::default()
+            }
+        };
+        let tube = Planes { time: 0.0, planes: (0..400).map(ring).collect() };
+        assert!((tube.mean_velocity(0, 2, true) - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -121,6 +121,45 @@ fn the_same_bits_after_an_interrupt_and_resume() {
     }
 }
 
+/// A disc in a flow whose mean is held, so that what drives the fluid changes from window to window.
+const HELD: &str = r#"
+until = 0.5
+gravity = [0.3, 0.0, -1.0]
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [4.0, 3.0]
+cells = [32, 24]
+boundary = { x = "periodic", z = "no-slip" }
+[medium]
+density = 1.3
+viscosity = 0.1
+flow_rate = { axis = "x", mean_velocity = 0.3 }
+[[grains]]
+position = [2.0, 0.0, 1.5]
+radius = 0.5
+density = 3.0
+[fluid.time]
+dt = 0.0078125
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.7
+contact_time = 0.02
+"#;
+
+#[test]
+fn the_same_bits_where_the_drive_changes_between_two_parts() {
+    for (name, keys) in OTHERS {
+        let folder = Folder::new(&format!("scheme-held-{name}"));
+        let scene = folder.write("held.toml", HELD);
+        let (whole, parts) = (folder.join("whole"), folder.join("parts"));
+        run(&scene, &whole, keys, &["--no-record"]);
+        run(&scene, &parts, keys, &["--no-record", "--until", "0.25"]);
+        run(&scene, &parts, keys, &["--no-record", "--resume"]);
+        assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")), "{name}");
+    }
+}
+
 /// First apex over D, mean over where in its window the sphere touches: windows of five contact times move it
 /// by 15 % from where windows of half a contact time have it, and by less than half of that where touches are
 /// repeated.

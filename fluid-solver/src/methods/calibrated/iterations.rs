@@ -119,7 +119,8 @@ impl<const D: usize> Iterations<D> {
 
     /// Force and motion at the end of the window with which this attempt begins: in the first the force
     /// carried and the acceleration of the last window, so that it is the semi-implicit one. The fluid is
-    /// where the window began: who repeats a window restores it.
+    /// where the window began: who repeats a window restores it. What drives it in this window is not known
+    /// yet: the message of the first attempt adds the change.
     pub(super) fn guess(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
         if window.attempt > 0 && self.count > 0 {
             self.mix();
@@ -128,14 +129,12 @@ impl<const D: usize> Iterations<D> {
             return;
         }
         let Grains { immersed, memory, force, .. } = grains;
-        let drive = memory.change_of_drive(fluid);
         self.places.clear();
         self.places.add(fluid.grid(), immersed);
         self.places.gather(force, &mut self.guess.force);
         self.guess.motion.clear();
         self.guess.motion.extend(memory.motions.iter().enumerate().map(|(grain, motion)| {
-            let (u, mut a) = (numbers(motion), numbers_of(&memory.acceleration(grain)));
-            (0..3).for_each(|c| a[c] += drive[c]);
+            let (u, a) = (numbers(motion), numbers_of(&memory.acceleration(grain)));
             std::array::from_fn(|c| u[c] + window.dt * a[c])
         }));
         self.count = 0;
@@ -157,8 +156,10 @@ impl<const D: usize> Iterations<D> {
             let (guess, now) = (&self.guess.motion[grain], numbers(&grains.memory.motions[grain]));
             let before = numbers_of(&m.acceleration);
             let ahead = |c: usize| (guess[c] - now[c]) / dt - before[c];
-            // It is in the first guess already.
-            (m.drive, m.free_drive) = ([0.0; 3], [0.0; 3]);
+            // The attempt before has seen the drive of this window.
+            if self.count > 0 {
+                (m.drive, m.free_drive) = ([0.0; 3], [0.0; 3]);
+            }
             m.ahead =
                 Wrench { force: std::array::from_fn(ahead), torque: std::array::from_fn(|c| ahead(c + 3)) };
         }

@@ -63,6 +63,16 @@ fn along<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> Along
             i if i > last => (true, 2 * last + isize::from(!faces) - i, &grid.boundaries[axis][1]),
             i => (false, i, &grid.boundaries[axis][0]),
         };
+        // What stands on an open face is no unknown: the next value inside stands for it and those beyond.
+        if faces && (index <= 0 || index >= last) {
+            let side = usize::from(index > 0);
+            if matches!(grid.boundaries[axis][side], Boundary::Inflow { .. } | Boundary::Outflow) {
+                let range = &grid.unknowns(d)[axis];
+                found.places[k] = index.clamp(range.start as isize, range.end as isize - 1);
+                found.weights[k] = weight;
+                continue;
+            }
+        }
         let slips = !faces && !matches!(wall, Boundary::NoSlip { .. });
         let on_wall = faces && (image <= 0 || image >= last);
         let weight = if on_wall { 0.0 } else { weight };
@@ -127,6 +137,7 @@ impl Stencil {
 mod tests {
     use super::*;
     use crate::axis::AxisSpec;
+    use crate::boundary::Profile;
     use crate::field::set_component;
     use crate::grid::{Geometry, GridSpec};
 
@@ -149,6 +160,27 @@ mod tests {
         for k in -3000..3000 {
             let s = f64::from(k) * 0.01 + 0.003;
             assert_eq!(nearest(s), s.round() as isize, "{s}");
+        }
+    }
+
+    /// A stream through open faces is read as it is, up to them and beyond.
+    #[test]
+    fn a_uniform_stream_is_read_exactly_at_open_faces() {
+        let inflow = Boundary::Inflow { velocity: [0.7, 0.0], profile: Profile::Uniform };
+        let uniform = |cells: usize| AxisSpec::Uniform { start: 0.0, end: cells as f64 * 0.1, cells };
+        let grid = Grid::<2>::new(&GridSpec {
+            geometry: Geometry::Plane,
+            axes: [uniform(12), uniform(8)],
+            boundaries: [[inflow, Boundary::Outflow], [Boundary::FreeSlip; 2]],
+        })
+        .expect("the grid is allowed");
+        for (d, stream) in [(0, 0.7), (1, 0.0)] {
+            let mut u = grid.new_field();
+            set_component(&grid, d, &mut u, |_| stream);
+            for x in [-0.06, 0.0, 0.03, 0.11, 0.6, 1.08, 1.17, 1.2, 1.24] {
+                let read = Stencil::new(&grid, d, [x, 0.37]).interpolate(&u);
+                assert!((read - stream).abs() < 1e-14, "{d} {x}: {read}");
+            }
         }
     }
 

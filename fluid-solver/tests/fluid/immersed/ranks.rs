@@ -12,6 +12,10 @@ use std::path::Path;
 
 /// Spheres that cross from slab to slab and, along z, the ends of a periodic box.
 fn text(ends: &str, motion: &str, keys: &str) -> String {
+    let [first, second] = match motion {
+        "fixed" => ["", ""],
+        _ => ["velocity = [0.0, 0.2, -0.6]", "velocity = [0.0, 0.0, 0.4]\n        spin = [0.0, 1.0, 0.5]"],
+    };
     format!(
         "until = 1.0
         gravity = [0.3, 0.0, -1.0]
@@ -27,14 +31,13 @@ fn text(ends: &str, motion: &str, keys: &str) -> String {
         body_force = [0.2, 0.0, 0.0]
         [[grains]]
         position = [0.5, 0.5, 0.45]
-        velocity = [0.0, 0.2, -0.6]
+        {first}
         radius = 0.35
         density = 2.0
         motion = \"{motion}\"
         [[grains]]
         position = [0.6, 1.4, 1.5]
-        velocity = [0.0, 0.0, 0.4]
-        spin = [0.0, 1.0, 0.5]
+        {second}
         radius = 0.4
         density = 2.5
         motion = \"{motion}\"

@@ -11,8 +11,8 @@ use crate::planes::{Planes, Record};
 /// The rule of a kind that is measured at the end; `None` for others.
 pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
     Some(match *kind {
-        MetricKind::MeanFluidVelocity(of) => mean_velocity(0, of.component.component()),
-        MetricKind::MeanGrainVelocity(of) => mean_velocity(1, of.component.component()),
+        MetricKind::MeanFluidVelocity(of) => mean_velocity(scene, 0, of.component.component()),
+        MetricKind::MeanGrainVelocity(of) => mean_velocity(scene, 1, of.component.component()),
         MetricKind::Shields(of) => {
             let planes = scene.scene.observe.planes.as_ref().map_or(Axis::Z, |planes| planes.axis);
             let balance = StressBalance::of(scene, planes);
@@ -68,8 +68,9 @@ fn mean(record: &Record) -> Result<&Planes, String> {
     record.mean.as_ref().ok_or_else(|| "the run ended before the mean of observe.planes begins".into())
 }
 
-fn mean_velocity(phase: usize, component: usize) -> Rule {
-    Rule::at_end("m/s", move |end| plain(mean(record(end)?)?.mean_velocity(phase, component)))
+fn mean_velocity(scene: &CheckedScene, phase: usize, component: usize) -> Rule {
+    let rings = scene.scene.observe.planes.as_ref().is_some_and(|planes| planes.axis == Axis::R);
+    Rule::at_end("m/s", move |end| plain(mean(record(end)?)?.mean_velocity(phase, component, rings)))
 }
 
 /// A stress at the surface of the bed over (ρ_p − ρ) g D of the free grains.

@@ -2,8 +2,8 @@
 
 use super::check::{Check, finite, positive};
 use super::missing;
-use crate::domain::{Axis, Geometry, InitialVelocity};
-use crate::grains::{Grain, Motion};
+use crate::domain::{Axis, Geometry, InitialVelocity, WallKind};
+use crate::grains::{Freedom, Grain, Motion};
 use crate::shared::Scene;
 use crate::source::SceneSource;
 use bedload_outline::Outline;
@@ -83,8 +83,68 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         ));
     }
     missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
+    held(scene, index, grain, source)?;
+    clear_of_outflow(scene, index, grain, source)?;
     inside(scene, index, grain, source)?;
     resolved(scene, index, grain, source)
+}
+
+/// What is held has no motion of its own.
+fn held(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let key = |name: &str| grain_key(scene, index, name);
+    source.refuse_if(
+        grain.motion == Motion::Prescribed && !grain.locked.is_empty(),
+        &key("locked"),
+        "locks a prescribed grain, which moves as `velocity` and `spin` say",
+        "leave it out, and give velocities of zero where nothing moves",
+    )?;
+    if grain.motion == Motion::Prescribed {
+        return Ok(());
+    }
+    let along = [Freedom::X, Freedom::Y, Freedom::Z];
+    let about = [Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ];
+    for (name, value, axes) in [("velocity", &grain.velocity, along), ("spin", &grain.spin, about)] {
+        let start = value.start();
+        let held = |c: &usize| grain.motion == Motion::Fixed || grain.locked.contains(&axes[*c]);
+        source.refuse_if(
+            (0..3).filter(held).any(|c| start[c] != 0.0),
+            &key(name),
+            format_args!("is {start:?}, but grain {index} is fixed or locked there"),
+            "leave it out, or write motion = \"prescribed\" for a grain that moves as it says",
+        )?;
+    }
+    Ok(())
+}
+
+/// What does not move keeps clear of faces through which fluid leaves: as much leaves as enters, so that the
+/// face drives fluid through the grain, and the force that stops it grows as the window gets shorter.
+fn clear_of_outflow(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    let domain = &scene.domain;
+    for axis in (0..domain.dimensions()).filter(|_| scene.medium.is_some()) {
+        let Some(faces) = domain.boundary(axis) else { continue };
+        let component = domain.geometry.component(axis);
+        let freedom = [Freedom::X, Freedom::Y, Freedom::Z][component];
+        let stands = match grain.motion {
+            Motion::Free => grain.locked.contains(&freedom),
+            Motion::Fixed => true,
+            Motion::Prescribed => grain.velocity.is_zero(),
+        };
+        let sides =
+            [(faces.lower.as_ref(), -1.0, domain.lower[axis]), (Some(&faces.upper), 1.0, domain.upper[axis])];
+        for (face, side, at) in sides {
+            let is_outflow = face.is_some_and(|face| face.kind == WallKind::Outflow);
+            let mut direction = [0.0; 3];
+            direction[component] = side;
+            let left = side * (at - grain.position[component]) - grain.reach_along(direction);
+            source.refuse_if(
+                stands && is_outflow && left < 0.0,
+                &grain_key(scene, index, "position"),
+                format_args!("puts grain {index}, which does not move, {} m into an outflow face", -left),
+                "end what stands before the face, by a cell or more",
+            )?;
+        }
+    }
+    Ok(())
 }
 
 fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
