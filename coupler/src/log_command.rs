@@ -43,9 +43,6 @@ impl From<LogCommandError> for Failure {
             LogCommandError::Print(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 Self::Passed(0)
             }
-            LogCommandError::Log(
-                LogError::Truncated { .. } | LogError::Damaged { .. } | LogError::Sequence { .. },
-            ) => Self::BreaksOff(error.to_string()),
             LogCommandError::Log(error) => error.clone().into(),
             LogCommandError::Print(source) if is_full(source) => Self::Full(error.to_string()),
             LogCommandError::Print(_) => Self::Run(error.to_string()),
@@ -208,7 +205,7 @@ fn print_tally(tally: &Tally, out: &mut dyn Write) -> Result<(), LogCommandError
 /// # Errors
 /// [`LogCommandError`]: also if the log breaks off or is damaged, after everything else was printed.
 pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(), LogCommandError> {
-    let mut failure = None;
+    let (mut failure, mut printed) = (None, 0_u64);
     for entry in LogReader::open_any(path)? {
         let entry = match entry {
             Ok(entry) => entry,
@@ -223,12 +220,21 @@ pub fn cat(path: &Path, options: &CatOptions, out: &mut dyn Write) -> Result<(),
         if !is_wanted(&entry, options) {
             continue;
         }
+        printed += 1;
         match options.json {
             true => writeln!(out, "{}", as_json(&entry)?)?,
             false => writeln!(out, "{}", printable(&as_text(&entry)))?,
         }
     }
-    failure.map_or(Ok(()), |error| Err(error.into()))
+    match failure {
+        Some(error) => Err(error.into()),
+        None if printed == 0 && (options.topic.is_some() || options.steps.is_some()) => {
+            let log = path.display();
+            let what = format!("{log} has no such message: `bedload log info` lists topics and steps");
+            Err(LogCommandError::Usage(what))
+        }
+        None => Ok(()),
+    }
 }
 
 fn is_wanted(entry: &Entry, options: &CatOptions) -> bool {

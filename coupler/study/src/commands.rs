@@ -94,6 +94,17 @@ pub fn stability(scene: &Path, options: &Options) -> Result<(), Failure> {
 /// [`Failure`] if a case is wrong, a file cannot be written or a check failed.
 pub fn validate(cases: &[String], quick: bool, options: &Options) -> Result<(), Failure> {
     let studies = chosen(cases, quick)?;
+    for (place, study) in studies.iter().enumerate() {
+        if let Some(other) = studies[..place].iter().find(|other| other.name() == study.name()) {
+            let (name, file) = (study.name(), &other.source.file);
+            let what = format!("is {name:?}, as it is in {file}: one would overwrite the other's files");
+            return Err(study.source.error("case.name", what, "give each case a name of its own").into());
+        }
+        if study.points.is_empty() {
+            let what = format!("has no run of --quick in {:?}", study.name());
+            return Err(study.source.error("case.runs", what, "leave --quick out").into());
+        }
+    }
     let out = options.folder("validation");
     folder::make(&out)?;
     let _claim = Claim::of(&out)?;

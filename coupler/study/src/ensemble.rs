@@ -183,7 +183,7 @@ fn stages(asked: &Ensemble) -> Result<Vec<Stage<'_>>, Failure> {
     }
     if stages.iter().all(|stage| seeds(&stage.source, 1).is_empty()) {
         let what = "no scene has anything random, so that all runs would be alike: an ensemble needs [[groups]], \
-                    [[insertions]] or [[rough_walls]]";
+                    [[insertions]], or [[rough_walls]] with a radius_spread";
         return Err(Failure::Input(what.into()));
     }
     Ok(stages)
@@ -211,7 +211,12 @@ fn seeds(source: &SceneSource, seed: usize) -> Vec<String> {
     let mut set = Vec::new();
     for list in RANDOM {
         let entries = scene.get(list).and_then(toml::Value::as_array).into_iter().flatten();
-        for (place, entry) in entries.enumerate().filter(|_| seed > 0) {
+        // A rough wall has its radii at random, where they differ.
+        let is_random = |entry: &toml::Value| {
+            list != "rough_walls"
+                || entry.get("radius_spread").is_some_and(|spread| spread.as_float() != Some(0.0))
+        };
+        for (place, entry) in entries.enumerate().filter(|(_, entry)| seed > 0 && is_random(entry)) {
             let written = entry.get("seed").and_then(toml::Value::as_integer).unwrap_or(0);
             let more = STRIDE.saturating_mul(i64::try_from(seed).unwrap_or(i64::MAX));
             set.push(format!("{list}[{place}].seed={}", written.saturating_add(more)));
@@ -380,7 +385,7 @@ mod tests {
 
     #[test]
     fn each_seed_of_a_scene_grows_and_the_first_run_is_the_scene_itself() {
-        let text = "groups = [{ seed = 1 }, {}]\n[[insertions]]\nseed = 7\n[[rough_walls]]\nradius = 1.0\n";
+        let text = "groups = [{ seed = 1 }, {}]\n[[insertions]]\nseed = 7\n[[rough_walls]]\nradius_spread = 0.1\n[[rough_walls]]\nradius_spread = 0.0\n";
         let source = SceneSource { file: "s.toml".into(), text: text.into() };
         assert!(seeds(&source, 0).is_empty());
         let third = ["rough_walls[0].seed=2000", "groups[0].seed=2001", "groups[1].seed=2000"];

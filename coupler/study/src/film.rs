@@ -74,6 +74,14 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
         view = pictures::around(view, frame.view);
         Ok::<_, Failure>(frame.values())
     }))?;
+    // A GIF counts in hundredths of a second, and viewers slow down below two of them.
+    let delay = (100 / film.rate).max(2);
+    if u32::from(delay) * u32::from(film.rate) != 100 {
+        protocol::say!(
+            "bedload: a GIF shows a frame for whole hundredths of a second: {} frames/s",
+            100 / delay
+        );
+    }
     super::folder::make(&folder.frames())?;
     folder.remove_frames()?;
     let path = folder.film();
@@ -88,7 +96,7 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
             None => gif.insert(begin(&raster).map_err(|error| cannot(&path, &error))?),
         };
         let mut picture = changed(&raster, &mut last);
-        picture.delay = (100 / film.rate).max(2);
+        picture.delay = delay;
         picture.dispose = gif::DisposalMethod::Keep;
         encoder.write_frame(&picture).map_err(|error| cannot(&path, &error))?;
     }

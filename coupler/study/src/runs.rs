@@ -1,6 +1,7 @@
 //! Runs as child processes, several at a time; a finished one is never repeated, an interrupted one goes on.
 
 use std::ffi::OsString;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,6 +12,13 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::{cannot, make};
 use coupler::failure::Failure;
+
+/// Signals by which somebody else ends a run.
+const HANGUP: i32 = 1;
+/// See [`HANGUP`].
+const INTERRUPT: i32 = 2;
+/// See [`HANGUP`].
+const TERMINATE: i32 = 15;
 
 /// What became of a run.
 #[derive(Clone, Debug)]
@@ -235,10 +243,11 @@ impl Task {
     /// A run that was not carried to an end says nothing about its scene: neither a check nor a setting
     /// failed.
     fn not_carried_out(&self, status: ExitStatus, said: &Path) -> Option<Failure> {
-        let kind = match status.code() {
-            Some(5) => Failure::Full,
-            Some(7) => Failure::InUse,
-            Some(130) => Failure::Interrupted,
+        let kind = match (status.code(), status.signal()) {
+            (Some(5), _) => Failure::Full,
+            (Some(7), _) => Failure::InUse,
+            // From outside, too, before it could answer.
+            (Some(130), _) | (_, Some(HANGUP | INTERRUPT | TERMINATE)) => Failure::Interrupted,
             _ => return None,
         };
         let text = std::fs::read_to_string(said).unwrap_or_default();
@@ -304,6 +313,22 @@ fn last_words(said: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_that_somebody_else_ended_says_nothing_of_its_scene() {
+        let task = Task {
+            name: "a".to_owned(),
+            scene: "a.toml".into(),
+            set: Vec::new(),
+            folder: "a".into(),
+            threads: 1,
+        };
+        let ended = |signal: i32| task.not_carried_out(ExitStatus::from_raw(signal), Path::new("a.log"));
+        assert!(matches!(ended(TERMINATE), Some(Failure::Interrupted(_))));
+        assert!(matches!(ended(130 << 8), Some(Failure::Interrupted(_))));
+        // Killed for want of memory, or for a fault of its own.
+        assert!(ended(9).is_none() && ended(11).is_none() && ended(1 << 8).is_none());
+    }
 
     #[test]
     fn a_refusal_is_told_with_the_bound_or_key_that_it_names() {

@@ -25,13 +25,13 @@ const RETIRED: [Retired; 3] = [
 ];
 
 /// Keys that every kind has.
-const COMMON: [&str; 8] = ["title", "about", "source", "set", "threads", "repeat", "vary", "runs"];
+const COMMON: [&str; 7] = ["title", "about", "source", "set", "threads", "vary", "runs"];
 
 impl Kind {
     /// Keys of the section besides those that every kind has.
     fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::Chart => &["metric", "metrics", "reference", "published", "baseline", "x"],
+            Self::Chart => &["metric", "metrics", "reference", "published", "baseline", "repeat", "x"],
             Self::Stability => &["signal", "scale", "bound", "x", "y", "limits"],
             Self::Case => {
                 &["name", "scene", "quick", "checks", "figure", "figures", "pictures", "differences"]

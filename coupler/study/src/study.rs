@@ -50,6 +50,14 @@ impl Study {
         let source = &scene.source;
         let section = Section::of_text(source, kind)?;
         counts(&section, kind, source)?;
+        for (index, run) in section.runs.iter().enumerate() {
+            let own = [("scene", run.scene.is_some()), ("at", run.at.is_some()), ("quick", run.quick)];
+            if let Some((key, _)) = own.into_iter().find(|(_, is_given)| *is_given) {
+                let place = format!("{}.runs[{index}].{key}", kind.name());
+                let what = "is for the runs of a case: all runs here are of this scene";
+                return Err(source.error(&place, what, "leave it out"));
+            }
+        }
         match kind {
             Kind::Stability => stability_check::check(&section, scene)?,
             Kind::Chart | Kind::Case => chart_check::check(&section, scene)?,

@@ -154,6 +154,19 @@ impl<'a> Builder<'a> {
                     "put all its values into one list",
                 ));
             }
+            let earlier = (0..index).filter(|other| choices[*other].iter().any(|choice| !choice.is_bundle));
+            let set = choices[index].iter().flat_map(|choice| &choice.settings);
+            for other in earlier.map(|other| columns[other].key.as_str()) {
+                if let Some(setting) = set.clone().find(|setting| setting.key == other) {
+                    return Err(source.error(
+                        &setting.place,
+                        format!(
+                            "sets {other}, whose values vary already: its column would not be what was run"
+                        ),
+                        "leave it out here, or vary bundles that have a name",
+                    ));
+                }
+            }
             columns.push(Column { key: vary.header().to_owned(), name: super::table::cell(vary.title()) });
         }
         for key in runs.iter().flat_map(|run| run.set.settings("")).map(|setting| setting.key) {

@@ -51,6 +51,11 @@ fn columns(kind: Kind) -> &'static [&'static str] {
     }
 }
 
+/// Is this the name of a column of the table of any kind, varied keys aside?
+pub(super) fn is_column(name: &str) -> bool {
+    Kind::ALL.into_iter().any(|kind| columns(kind).contains(&name))
+}
+
 /// Digits of a time.
 const TIME: usize = 5;
 

@@ -130,6 +130,10 @@ impl Vary {
             let remedy = "give `key`, a dotted key of the scene; bundles alone need a `name` without commas and quotes";
             return wrong(place, &message, remedy);
         }
+        if super::table::is_column(header) {
+            let message = format!("has the key or name {header:?}, which is a column of the table itself");
+            return wrong(place, &message, "give it another `name`");
+        }
         let choice = |(index, value)| self.choice(value, &format!("{place}.values[{index}]"), source);
         let choices: Vec<Choice> = self.values.iter().enumerate().map(choice).collect::<Result<_, _>>()?;
         for (index, choice) in choices.iter().enumerate() {

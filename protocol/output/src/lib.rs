@@ -9,7 +9,7 @@
 //! | make a row, write it, measure it, count | [`Columns::fill`], [`SeriesWriter`], [`Metrics`], [`Tally`] |
 //! | read a run back | [`OutputFolder::open`], [`Series::read`], [`Summary`] |
 //! | write and read files of VTK | [`mod@vtk`] |
-//! | read columns of a published table | [`points()`] |
+//! | read columns of a table, of a published one | [`points()`], [`published_points`] |
 
 mod balance;
 mod claim;
@@ -36,7 +36,7 @@ pub use folder::{OutputFolder, in_full, resolved_scene, state_of};
 pub use grains_table::{GrainRow, grains_table};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};
-pub use points::points;
+pub use points::{points, published_points};
 pub use sample::{Extra, Sample, Sides, When};
 pub use series::{Series, SeriesMark, SeriesWriter};
 pub use summary::{Cost, MetricValue, PeakRss, RunStatus, Size, SubstepRange, Summary, Tally, Time};

@@ -101,7 +101,13 @@ impl From<OutputError> for Failure {
 
 impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
-        Self::of_file(&error, matches!(&error, LogError::File { source, .. } if is_full(source)))
+        match &error {
+            LogError::Truncated { .. } | LogError::Damaged { .. } | LogError::Sequence { .. } => {
+                Self::BreaksOff(error.to_string())
+            }
+            LogError::File { source, .. } => Self::of_file(&error, is_full(source)),
+            _ => Self::of_file(&error, false),
+        }
     }
 }
 

@@ -75,6 +75,15 @@ pub(crate) fn lay_out(
                 grain_table::READ.join(", ")
             ));
         }
+        if from.copies == 0 || from.below.is_nan() {
+            let (name, value) = if from.copies == 0 { ("copies", 0.0) } else { ("below", from.below) };
+            let what = format!("is {value}; allowed: 1 copy and more, below a height in m");
+            return Err(source.error(
+                &format!("grain_files[{index}].{name}"),
+                what,
+                "leave it out, or mend it",
+            ));
+        }
         let count = once.len() as f64 * from.copies as f64 + grains.len() as f64;
         if let Some(why) = too_many(count) {
             return Err(source.error(
@@ -87,8 +96,15 @@ pub(crate) fn lay_out(
             let remedy = "shift it by the size of the packing at least, or lay it once";
             return Err(source.error(&format!("grain_files[{index}].shift"), why, remedy));
         }
-        let copies = grain_table::copies(from, &once);
+        let (copies, before) = (grain_table::copies(from, &once), grains.len());
         grains.extend(copies.map(|grain| Grain { with_fluid: from.with_fluid, ..grain }));
+        if grains.len() == before {
+            let (file, below) = (from.file.display(), from.below);
+            notes.push(format!(
+                "grain_files[{index}]: {file}: none of {} grains is below {below} m",
+                once.len()
+            ));
+        }
     }
     for wall in &scene.rough_walls {
         wall.lay(geometry, &scene.walls, &mut grains);

@@ -266,6 +266,36 @@ fn wrong_sections_are_refused_at_file_line_and_key() {
             "chart.reference.with",
             "its values are symplectic-euler, velocity-verlet",
         ),
+        (
+            "reference = 0.0873421",
+            "reference§ = { richardson = \"dem.integrator\" }",
+            "chart.reference.richardson",
+            "a limit needs 3",
+        ),
+        (
+            "reference = 0.0873421",
+            "reference§ = { richardson = \"dem.steps_per_contact\", with = { \"dem.steps_per_contact\" = 12 } }",
+            "chart.reference.with",
+            "is refined",
+        ),
+        ("metric = \"speed\"", "metric = \"speed\"\nx§ = \"dem.integrator\"", "chart.x", "symplectic-euler"),
+        ("metric = \"speed\"", "metric§ = \"superficial_velocity_x\"", "chart.metric", "metrics are speed"),
+        ("label = \"paper\"", "label = \"paper\"\nat§ = 1.0", "chart.runs[0].at", "runs of a case"),
+        (
+            "[[chart.runs]]\nlabel = \"paper\"",
+            "[[chart.vary]]\nname = \"error\"\nvalues = [{ name = \"3\", set = { until = 1.0 } }]\n\
+             [[chart.runs]]\nlabel = \"paper\"",
+            "chart.vary[2]",
+            "column of the table",
+        ),
+        (
+            "[[chart.runs]]\nlabel = \"paper\"",
+            "[[chart.vary]]\nname = \"b\"\n\
+             values§ = [{ name = \"x\", set = { \"dem.steps_per_contact\" = 30 } }]\n\
+             [[chart.runs]]\nlabel = \"paper\"",
+            "chart.vary[2].values[0]",
+            "vary already",
+        ),
         ("baseline =", "seed§ =", "chart.seed", "its name is now chart.baseline"),
         ("repeat = 2", "repeat§ = 0", "chart.repeat", "1 to 1000"),
         ("repeat = 2", "repeat§ = 1.5", "chart.repeat", "invalid type"),

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod blow_up;
+mod case;
 mod chart;
 mod conformance;
 mod coupled;

@@ -1,5 +1,6 @@
 //! The `[case]` section of a file.
 
+use std::cmp::Ordering::Less;
 use std::collections::BTreeSet;
 
 use bedload_scene::{SceneError, SceneSource};
@@ -38,6 +39,30 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     {
         let remedy = "name the label of a run, or the beginning of labels and a star";
         return wrong(key, format!("is of no run {run:?}"), remedy);
+    }
+    for difference in &section.differences {
+        if let Some([from, to]) = difference.within.filter(|[from, to]| from.partial_cmp(to) != Some(Less)) {
+            let what = format!("of {:?} counts within {from} to {to}", difference.name);
+            return wrong("case.differences", what, "give the smaller one first");
+        }
+    }
+    for figure in section.drawn() {
+        for (name, axis, log) in [("x", &figure.x, figure.log_x), ("y", &figure.y, figure.log_y)] {
+            let is_range = |[low, high]: [f64; 2]| low < high && (low > 0.0 || !log) && high.is_finite();
+            if let Some([low, high]) = axis.range.filter(|range| !is_range(*range)) {
+                let what = format!("of {:?} has the range {low} to {high} along {name}", figure.title);
+                return wrong(
+                    "case.figures",
+                    what,
+                    "give the smaller one first, above 0 where it is logarithmic",
+                );
+            }
+        }
+        let is_over = |over: f64| over != 0.0 && over.is_finite();
+        if let Some(series) = figure.series.iter().find(|series| !is_over(series.over)) {
+            let what = format!("of {:?} divides {:?} by {}", figure.title, series.name, series.over);
+            return wrong("case.figures", what, "give a finite number other than 0");
+        }
     }
     for curve in section.drawn().flat_map(|figure| &figure.curves) {
         let value = formula::evaluate(&curve.formula, &|name| (name == "x").then_some(1.0));

@@ -25,7 +25,19 @@ fn measure<'a>(made: &Made<'_>, wanted: &'a Difference) -> Result<Option<Measure
         return Ok(None);
     };
     let within = wanted.within.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-    Ok(Some(Measured { wanted, value: largest(&a, &b, within) }))
+    let what = |what: &str| {
+        let (name, file, x) = (&wanted.name, wanted.file.display(), &wanted.x);
+        Failure::Input(format!("case.differences: {name:?}: {file}: {x} {what}"))
+    };
+    if [&a, &b].iter().any(|points| points.windows(2).any(|pair| pair[0].0 > pair[1].0)) {
+        return Err(what("does not ascend, so that there is no value between two rows"));
+    }
+    let value = largest(&a, &b, within);
+    if value.is_nan() {
+        Err(what("has no place that both sides share, or nothing there"))
+    } else {
+        Ok(Some(Measured { wanted, value }))
+    }
 }
 
 /// Largest |a − b| at the places of `a` within a range, b interpolated, over the largest |b| there; NaN where

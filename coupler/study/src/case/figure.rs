@@ -22,7 +22,7 @@ const LEGEND: f64 = 250.0;
 const CROWD: usize = 60;
 
 /// Marker of a set of published points.
-fn published(number: usize) -> Shape {
+fn cross(number: usize) -> Shape {
     [Shape::Cross, Shape::Plus, Shape::TriangleDown, Shape::Diamond][number % 4]
 }
 
@@ -32,6 +32,12 @@ const STEPS: usize = 200;
 /// A figure, or nothing if no run gave a point.
 pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, Failure> {
     let tables = tables(made, figure)?;
+    known(made, figure)?;
+    let published = figure.points.iter().map(|from| {
+        let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
+        Ok((from, points))
+    });
+    let published = published.collect::<Result<Vec<_>, Failure>>()?;
     let measured: Vec<Profile> = figure.series.iter().map(|series| measured(made, figure, series)).collect();
     let abscissae = measured
         .iter()
@@ -66,12 +72,31 @@ pub(super) fn draw(made: &Made<'_>, figure: &Figure) -> Result<Option<String>, F
         }
     }
     // Over the measured ones, which are larger.
-    for (number, from) in figure.points.iter().enumerate() {
-        let points = columns(&made.study.folder().join(&from.file), &from.x, &from.y)?;
+    for (number, (from, points)) in published.into_iter().enumerate() {
         let size = if points.len() > CROWD { 2.0 } else { 5.0 };
-        drawn.push(scatter(points, &from.name, GREY, (published(number), size), Bars::None));
+        drawn.push(scatter(points, &from.name, GREY, (cross(number), size), Bars::None));
     }
     Ok(Some(plot_of(figure, drawn).draw().svg))
+}
+
+/// Refuses a series none of whose runs has what it draws.
+fn known(made: &Made<'_>, figure: &Figure) -> Result<(), Failure> {
+    for series in &figure.series {
+        let runs = || made.results().filter(|(run, _)| matches(&series.run, &run.label));
+        let lacks = |metric: &String| runs().all(|(_, summary)| !summary.metrics.contains_key(metric));
+        let y = series.metric.as_ref().or(figure.y.metric.as_ref());
+        let what = match (&figure.x.metric, y) {
+            _ if runs().next().is_none() => continue,
+            (Some(metric), _) | (_, Some(metric)) if lacks(metric) => format!("has the metric {metric:?}"),
+            (None, _) if runs().all(|(run, _)| run.at.is_none()) => "has `at`, and x no metric".to_owned(),
+            (_, None) => "is given: y has no metric".to_owned(),
+            _ => continue,
+        };
+        let (case, title, name) = (made.study.name(), &figure.title, &series.name);
+        let what = format!("case.figures: {case}: {title:?}: {name:?}: none of its runs {what}");
+        return Err(Failure::Input(what));
+    }
+    Ok(())
 }
 
 fn plot_of(figure: &Figure, series: Vec<plot::Series>) -> Plot {

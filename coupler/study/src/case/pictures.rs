@@ -19,6 +19,9 @@ pub(super) fn draw(made: &Made<'_>, wanted: &Pictures) -> Result<Option<String>,
         None => all,
         Some(places) => places.iter().map(|place| chosen(&all, *place, &fields)).collect::<Result<_, _>>()?,
     };
+    if chosen.is_empty() {
+        return Err(content(&fields)("has no files of grains, or the pictures choose none".to_owned()));
+    }
     let mut sheet = sheet_of_grains(&chosen)?;
     sheet.faults.pop().map_or(Ok(sheet.pictures), |fault| Err(Failure::Input(fault)))
 }

@@ -3,7 +3,10 @@
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
 use crate::section::{Reference, Section};
-use crate::vary::{Vary, text};
+use crate::vary::{Choice, Vary, text};
+
+/// Fewest runs that a limit can be seen in.
+const LEAST: usize = 3;
 
 pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     published(section, &scene.source)?;
@@ -37,11 +40,23 @@ fn published(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// The key along the horizontal axis is a varied one.
+/// The key along the horizontal axis is a varied one, with values that have a place there.
 fn axis(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let headers: Vec<&str> = section.vary.iter().map(Vary::header).collect();
-    if section.x.is_empty() || headers.contains(&section.x.as_str()) {
+    if section.x.is_empty() {
         return Ok(());
+    }
+    if let Some(place) = headers.iter().position(|header| *header == section.x) {
+        let choices = section.vary[place].choices(&format!("chart.vary[{place}]"), source)?;
+        let number = |choice: &Choice| choice.text.parse().is_ok_and(|value: f64| value > 0.0);
+        return match choices.iter().find(|choice| !number(choice)) {
+            None => Ok(()),
+            Some(choice) => Err(source.error(
+                "chart.x",
+                format!("names {:?}, which has the value {}", section.x, choice.text),
+                "name a key whose values are numbers above 0: the axis is logarithmic",
+            )),
+        };
     }
     let message = format!("names {:?}, which is not varied; varied are {}", section.x, headers.join(", "));
     Err(source.error("chart.x", message, "name a key of [[chart.vary]], or leave x out for the cost"))
@@ -57,8 +72,14 @@ fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     }
     let metrics = &scene.scene.metrics;
     let key = if section.metric.is_some() { "chart.metric" } else { "chart.metrics" };
-    // A fluid alone reports these without being asked.
-    let is_given = |name: &str| name.starts_with("superficial_velocity_") && section.reference.is_some();
+    // A fluid alone reports these without being asked, along its periodic axes.
+    let domain = &scene.scene.domain;
+    let axes = domain.geometry.axes().iter().enumerate().filter(|(axis, _)| domain.is_periodic(*axis));
+    let superficial: Vec<String> = axes
+        .filter(|_| scene.scene.medium.is_some() && section.reference.is_some())
+        .map(|(_, axis)| format!("superficial_velocity_{}", axis.name()))
+        .collect();
+    let is_given = |name: &str| superficial.iter().any(|given| given == name);
     for name in names.into_iter().filter(|name| !is_given(name)) {
         let Some(metric) = metrics.iter().find(|metric| metric.name == name) else {
             let there: Vec<&str> = metrics.iter().map(|metric| metric.name.as_str()).collect();
@@ -90,6 +111,20 @@ fn reference(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
                 let message =
                     format!("names {key:?}, which is not varied; varied are {}", headers.join(", "));
                 return wrong("chart.reference.richardson", message, "name a key of [[chart.vary]]");
+            }
+            let refined = section.vary.iter().find(|vary| vary.header() == key);
+            let values = refined.map_or(0, |vary| vary.values.len());
+            if values < LEAST {
+                let message = format!("names {key:?}, which has {values} values; a limit needs {LEAST}");
+                return wrong("chart.reference.richardson", message, "list more values of it");
+            }
+            let twice = |other: &&String| *other == key || limit.each.contains(*other);
+            if let Some(other) = limit.with.keys().find(twice) {
+                return wrong(
+                    "chart.reference.with",
+                    format!("holds {other:?}, which is refined, or has a limit for each of its values"),
+                    "take it out",
+                );
             }
             let unknown = |key: &&String| !headers.contains(&key.as_str());
             if let Some(key) = limit.with.keys().find(unknown) {

@@ -61,6 +61,14 @@ fn columns(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
         if !known(&limit.column) {
             return Err(unknown(&format!("{key}.column"), &limit.column));
         }
+        let until = scene.scene.until;
+        let is_longer = section.set.contains_key("until")
+            || section.vary.iter().any(|vary| vary.key.is_none() || vary.key.as_deref() == Some("until"))
+            || !section.runs.is_empty();
+        if limit.from > until && !is_longer {
+            let message = format!("is {}, after the end of the runs, until = {until} s", limit.from);
+            return Err(source.error(&format!("{key}.from"), message, "give an earlier time"));
+        }
         let range = (limit.least.unwrap_or(f64::NEG_INFINITY), limit.most.unwrap_or(f64::INFINITY));
         let bounded = range.0.is_finite() || range.1.is_finite();
         if !(bounded && range.0 < range.1 && limit.from >= 0.0) {

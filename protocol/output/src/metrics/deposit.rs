@@ -143,9 +143,14 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Through `points`, in any order.
+    /// Through `points`, in any order. Where there are some on one side of the middle alone, as in a table of
+    /// half a heap, or of a heap at a wall, the other side is the same.
     pub(super) fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut points: Vec<(f64, f64)> = points.collect();
+        let is_one_sided = points.iter().all(|(x, _)| *x >= 0.0) || points.iter().all(|(x, _)| *x <= 0.0);
+        if is_one_sided {
+            points.extend(points.clone().into_iter().filter(|(x, _)| *x != 0.0).map(|(x, y)| (-x, y)));
+        }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Self { points }
     }
@@ -241,6 +246,9 @@ mod tests {
         // ∫₀¹ (x/2)² dx + ∫₁² (1 − x/2)² dx = 1/12 + 1/12, over a length of 2
         let exact = (1.0_f64 / 12.0).sqrt();
         assert!((narrow.difference(&wide) - exact).abs() < 1e-5, "{}", narrow.difference(&wide));
+        // half of it says the same
+        let half = Surface::new([(2.0, 1e-9), (0.0, 1.0)].into_iter());
+        assert_eq!((wide.difference(&half), half.difference(&wide)), (0.0, 0.0));
         // only the mean of both sides counts
         let leaning = Surface::new([(-2.0, 1e-9), (-1.0, 1.0), (0.0, 1.0), (1.0, 0.0)].into_iter());
         let upright =

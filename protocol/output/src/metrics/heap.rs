@@ -7,7 +7,7 @@ use super::deposit::{Heap, Surface};
 use super::last::LastState;
 use super::rule::{Rule, plain, published};
 use super::touching::{Ball, largest_cluster};
-use crate::points::points;
+use crate::points::published_points;
 
 /// The rule of metric `index`, which is about a column.
 pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneError> {
@@ -25,7 +25,7 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
         MetricKind::DepositProfileDifference(reference) => {
             let columns = "x_over_half_length and height_over_half_length";
             let published = published(scene, index, &reference.file, columns, |text| {
-                let points = points(text, "x_over_half_length", "height_over_half_length")?;
+                let points = published_points(text, "x_over_half_length", "height_over_half_length")?;
                 if points.len() < 2 {
                     return Err(format!("has {} points; two are needed", points.len()));
                 }

@@ -53,6 +53,7 @@ impl Oblique {
     /// The rows of a CSV file whose columns hold the selected texts.
     fn parse(text: &str, select: &BTreeMap<String, String>) -> Result<Self, String> {
         let table = Table::parse(text)?;
+        table.refuse_odd()?;
         let (x, y) = (table.need("psi1")?, table.need("psi2")?);
         let wanted = select.iter().map(|(name, text)| Ok((table.need(name)?, text.as_str())));
         let wanted = wanted.collect::<Result<Vec<_>, String>>()?;

@@ -60,7 +60,9 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
             )?;
         }
         source.refuse_if(
-            scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry),
+            scene.domain.geometry == Geometry::Axisymmetric
+                || !wall.is_flat(scene.domain.geometry)
+                || (0..3).any(|axis| upper[axis] < lower[axis]),
             &key("upper"),
             format_args!("{upper:?} and lower {lower:?} do not span a rectangle"),
             "let the two corners agree along one axis and differ along the others (plane: differ along x or z \

@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use toml::Value;
 
 use super::check::{Check, finite, not_negative, positive};
-use crate::domain::WallKind;
+use crate::domain::{Axis, WallKind};
 use crate::file_names::{FILE_NAME, is_file_name, is_taken};
+use crate::metric::MetricKind;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -31,6 +32,9 @@ const NUMBERS: [(&str, Rule); 11] = [
     ("share", Rule::Positive),
     ("at", Rule::Finite),
 ];
+
+/// How metrics begin that a fluid alone has unasked.
+const SUPERFICIAL: &str = "superficial_velocity_";
 
 /// Metrics have names of their own; they and `observe.grains` name grains that exist.
 pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
@@ -59,6 +63,15 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
                 ),
                 "give another name, such as \"u_difference\"",
             )?;
+        }
+        source.refuse_if(
+            metric.name.is_empty() || metric.name.starts_with(SUPERFICIAL),
+            &key("name"),
+            format_args!("is {:?}; allowed: a name that a run has not itself ({SUPERFICIAL}…)", metric.name),
+            "give another name",
+        )?;
+        for (name, value) in [("reference", metric.reference), ("compared_with", metric.compared_with)] {
+            finite(source, &key(name), &[value.unwrap_or(0.0)])?;
         }
         source.refuse_if(
             metric.reference.is_some() && metric.compared_with.is_some(),
@@ -91,16 +104,33 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
         if kind == "shields" {
             whole_stress(scene, source, &key("kind"))?;
         }
-        if keys.contains_key("along") {
+        let between = keys.get("between").and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+        let between: Vec<f64> = between.iter().filter_map(Value::as_float).collect();
+        let [from, to] = ["from", "to"].map(number);
+        for (name, list) in [("between", between), ("to", from.into_iter().chain(to).collect())] {
+            if let [low, high] = list[..] {
+                source.refuse_if(
+                    low >= high,
+                    &key(name),
+                    format_args!("is from {low} to {high}; allowed: a smaller number before a larger one"),
+                    "exchange the two",
+                )?;
+            }
+        }
+        if keys.contains_key("along") || keys.contains_key("component") {
             let axes: Vec<&str> = scene.domain.geometry.axes().iter().map(|axis| axis.name()).collect();
             let asked = ["component", "along"].map(|name| keys.get(name).and_then(Value::as_str));
             let [component, along] = asked.map(|axis| axis.unwrap_or("the stream"));
             source.refuse_if(
-                scene.medium.is_none() || asked.iter().flatten().any(|axis| !axes.contains(axis)),
+                asked[1].is_some() && scene.medium.is_none()
+                    || asked.iter().flatten().any(|axis| !axes.contains(axis)),
                 &key("kind"),
-                format_args!("is about {component} along {along} of a fluid; the axes are {axes:?}"),
-                "name axes of this geometry, in a scene with [medium]",
+                format_args!("is about {component} along {along}; the axes are {axes:?}"),
+                "name axes of this geometry, and of a fluid in a scene with [medium]",
             )?;
+        }
+        if let MetricKind::VelocityDifference { along, through, .. } = &metric.kind {
+            within_box(scene, source, &key("through"), *along, through)?;
         }
         if let Some(centre) = number("centre") {
             heap(scene, source, &key, centre, number("bin").unwrap_or(0.0))?;
@@ -121,6 +151,22 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             let what = format!("holds {grain}, but the scene has {count} grains");
             return Err(source.error(key, what, "count grains from 0"));
         }
+    }
+    Ok(())
+}
+
+/// A line along an axis of the fluid passes through the box.
+fn within_box(scene: &Scene, source: &SceneSource, key: &str, along: Axis, through: &[f64; 3]) -> Check {
+    let domain = &scene.domain;
+    for (axis, name) in domain.geometry.axes().iter().enumerate().filter(|(_, name)| **name != along) {
+        let (low, high) = (domain.lower[axis], domain.upper[axis]);
+        let at = through[domain.geometry.component(axis)];
+        source.refuse_if(
+            !(low..=high).contains(&at),
+            key,
+            format_args!("is {at} along {}; allowed: a place in the box, {low} to {high}", name.name()),
+            "name a point (x, y, z) that the line passes through",
+        )?;
     }
     Ok(())
 }

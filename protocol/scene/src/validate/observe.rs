@@ -16,6 +16,7 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
         "is for dry scenes: the work of the fluid is not counted",
         "leave it out, or remove [medium]",
     )?;
+    named_once(source, "observe.grains", scene.observe.grains.as_deref().unwrap_or_default())?;
     observed_planes(scene, source)?;
     observed_substeps(scene, source)?;
     observed_totals(scene, source)?;
@@ -52,15 +53,18 @@ fn span(source: &SceneSource, key: &str, from: f64, to: f64) -> Check {
     Err(source.error(key, format!("is {to}, from {from}"), "give times from < to, or leave them out"))
 }
 
+/// A list names no grain twice.
+fn named_once(source: &SceneSource, key: &str, grains: &[usize]) -> Check {
+    let repeated = grains.iter().enumerate().find(|(i, grain)| grains[..*i].contains(grain));
+    let Some((_, grain)) = repeated else { return Ok(()) };
+    Err(source.error(key, format!("holds {grain} twice"), "name every grain once"))
+}
+
 fn observed_substeps(scene: &Scene, source: &SceneSource) -> Check {
     let Some(asked) = &scene.observe.substeps else { return Ok(()) };
     not_negative(source, "observe.substeps.from", asked.from)?;
     span(source, "observe.substeps.to", asked.from, asked.to)?;
-    let repeated = asked.grains.iter().enumerate().find(|(i, grain)| asked.grains[..*i].contains(grain));
-    if let Some((_, grain)) = repeated {
-        let what = format!("holds {grain} twice");
-        return Err(source.error("observe.substeps.grains", what, "name every grain once"));
-    }
+    named_once(source, "observe.substeps.grains", &asked.grains)?;
     if asked.grains.is_empty() {
         let what = "is empty: no grain is chosen";
         return Err(source.error("observe.substeps.grains", what, "name one grain at least, from 0"));
@@ -72,7 +76,7 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
     let Some(planes) = &scene.observe.planes else { return Ok(()) };
     positive(source, "observe.planes.every", planes.every)?;
     not_negative(source, "observe.planes.from", planes.from)?;
-    finite(source, "observe.planes.at", &planes.at)?;
+    planes.at.iter().try_for_each(|at| not_negative(source, "observe.planes.at", *at))?;
     span(source, "observe.planes.to", planes.from, planes.to)?;
     source.refuse_if(
         scene.medium.is_none(),

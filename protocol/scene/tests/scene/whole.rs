@@ -236,3 +236,78 @@ fn a_region_that_does_not_span_the_axis_keeps_its_places() {
     let grains: Vec<_> = scene.grains.iter().map(|grain| (grain.position, grain.radius)).collect();
     assert_eq!(grains, expected);
 }
+
+#[test]
+fn what_would_have_no_effect_is_refused() {
+    let grain = "[[grains]]\nposition = [2.0, 2.0, 2.0]\nradius = 0.5\ndensity = 2.0\n";
+    let fluid = "[medium]\ndensity = 1.0\nviscosity = 0.1\n";
+    let metric =
+        |kind: &str, more: &str| format!("{grain}{fluid}[[metrics]]\nname = \"m\"\nkind = {kind:?}\n{more}");
+    let line = |through: &str| {
+        let axes = "component = \"x\"\nalong = \"z\"\nfile = \"u.csv\"\ncolumn = \"u\"\n";
+        metric("velocity-difference", &format!("{axes}through = {through}\n"))
+    };
+    let named = |name: &str| {
+        format!("{grain}[[metrics]]\nname = {name:?}\nkind = \"final\"\ncolumn = \"kinetic_energy\"\n")
+    };
+    let layer = |lower: &str, upper: &str| {
+        format!("{grain}[[rough_walls]]\nlower = {lower}\nupper = {upper}\nradius = 0.2\ndensity = 1.0\n")
+    };
+    let planes = "[observe]\nplanes = { axis = \"z\", every = 0.1, at = [-0.5] }\n";
+    let fixed = format!("{grain}motion = \"fixed\"\n");
+    for (text, key, words) in [
+        (line("[7.0, 2.0, 0.0]"), "metrics[0].through", "7 along x; allowed: a place in the box, 0 to 4"),
+        (named("superficial_velocity_x"), "metrics[0].name", "superficial_velocity_"),
+        (named(""), "metrics[0].name", "allowed"),
+        (format!("{}reference = nan\n", named("e")), "metrics[0].reference", "NaN"),
+        (metric("haff-time", "from = 3.0\nto = 1.0\n"), "metrics[0].to", "from 3 to 1"),
+        (format!("{grain}[observe]\ngrains = [0, 0]\n"), "observe.grains", "0 twice"),
+        (format!("{grain}{fluid}{planes}"), "observe.planes.at", "-0.5"),
+        (layer("[0, 0, 0.6]", "[4, 4, 0.3]"), "rough_walls[0].upper", "do not span a rectangle"),
+        (format!("{fixed}velocity = [1.0, 0.0, 0.0]\n"), "grains[0].velocity", "grain 0 is fixed or locked"),
+        (format!("{fixed}spin = [0.0, 1.0, 0.0]\n"), "grains[0].spin", "grain 0 is fixed or locked"),
+        (
+            format!("{grain}locked = [\"x\"]\nvelocity = [1.0, 0.0, 0.0]\n"),
+            "grains[0].velocity",
+            "grain 0 is fixed or locked",
+        ),
+        (
+            format!("{grain}motion = \"prescribed\"\nlocked = [\"x\"]\n"),
+            "grains[0].locked",
+            "moves as `velocity` and `spin` say",
+        ),
+    ] {
+        let error = boxed(&text).expect_err(key);
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.message.contains(words) && !error.remedy.is_empty(), "{error}");
+    }
+    let outlet = |more: &str| {
+        let text = format!(
+            "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0, 0]\nupper = [4, 4]\ncells = [16, 16]\n\
+             [domain.boundary]\nx_lower = {{ type = \"inflow\", velocity = [1.0, 0.0, 0.0] }}\n\
+             x_upper = \"outflow\"\nz = \"free-slip\"\n{fluid}[[grains]]\nposition = [3.7, 0.0, 2.0]\n\
+             radius = 0.5\ndensity = 2.0\n{more}"
+        );
+        CheckedScene::new(SceneSource { file: "s.toml".into(), text })
+    };
+    for stands in ["motion = \"fixed\"\n", "motion = \"prescribed\"\n", "locked = [\"x\"]\n"] {
+        let error = outlet(stands).expect_err(stands);
+        assert!(error.key == "grains[0].position" && error.message.contains("outflow"), "{error}");
+    }
+    assert!(outlet("").is_ok(), "what moves goes out");
+    assert!(boxed(&line("[4.0, 2.0, 9.0]")).is_ok(), "along z the line has no place");
+    assert!(boxed(&format!("{grain}locked = [\"x\"]\nvelocity = [0.0, 1.0, 0.0]\n")).is_ok());
+}
+
+#[test]
+fn a_table_none_of_whose_grains_is_taken_is_told() {
+    let file = std::env::temp_dir().join(format!("bedload-none-{}.csv", std::process::id()));
+    std::fs::write(&file, "x,y,z,radius,density\n2,2,1,0.5,2\n").unwrap();
+    let grain = grains(&[[2.0, 2.0, 3.0]]);
+    let table = |more: &str| boxed(&format!("{grain}[[grain_files]]\nfile = {file:?}\n{more}"));
+    assert_eq!(table("copies = 0\n").unwrap_err().key, "grain_files[0].copies");
+    assert_eq!(table("below = nan\n").unwrap_err().key, "grain_files[0].below");
+    let none = table("below = 1.2\n").expect("the other grain");
+    assert!(none.notes.iter().any(|note| note.contains("none of 1 grains")), "{:?}", none.notes);
+    std::fs::remove_file(&file).unwrap();
+}

@@ -83,4 +83,14 @@ fn a_wrong_case_is_refused_with_what_is_wrong() {
     let three = format!("{GOOD}[[case.differences]]\nname = \"\"\n{runs}\n{columns}");
     let too_many = read(&three).expect_err("a run more than two").to_string();
     assert!(too_many.contains("3 entries") && too_many.contains("allowed: 2"), "{too_many}");
+    let within =
+        format!("{GOOD}[[case.differences]]\nname = \"d\"\nruns = [\"coarse-8\", \"coarse-8\"]\n{columns}");
+    let turned = read(&format!("{within}within = [0.2, 0.0]\n")).expect_err("turned").to_string();
+    assert!(turned.contains("within 0.2 to 0"), "{turned}");
+    let figure = format!("{GOOD}[case.figure]\n{}", axes.replacen("label", "range = [5.0, 1.0], label", 1));
+    let range = read(&figure).expect_err("turned").to_string();
+    assert!(range.contains("range 5 to 1 along x"), "{range}");
+    let over = "[[case.figure.series]]\nname = \"s\"\nrun = \"*\"\nover = 0.0\n";
+    let nought = read(&format!("{GOOD}[case.figure]\n{axes}{over}")).expect_err("over 0").to_string();
+    assert!(nought.contains("by 0"), "{nought}");
 }
