@@ -113,7 +113,9 @@ fn reference(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
                 return wrong("chart.reference.richardson", message, "name a key of [[chart.vary]]");
             }
             let refined = section.vary.iter().find(|vary| vary.header() == key);
-            let values = refined.map_or(0, |vary| vary.values.len());
+            let settings = section.runs.iter().flat_map(|run| run.set.settings(""));
+            let single = settings.filter(|setting| setting.key == *key).count();
+            let values = refined.map_or(0, |vary| vary.values.len()) + single;
             if values < LEAST {
                 let message = format!("names {key:?}, which has {values} values; a limit needs {LEAST}");
                 return wrong("chart.reference.richardson", message, "list more values of it");
