@@ -43,8 +43,7 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         restitution(facts),
         moving_walls(facts.scene),
         leaving(facts.scene),
-        late_fields(facts.scene),
-        late_times(facts.scene),
+        late(facts.scene),
         log_clock(facts),
     ]
     .into_iter()
@@ -52,33 +51,25 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
     .collect()
 }
 
-/// Fields at a time that the run does not reach.
-fn late_fields(scene: &CheckedScene) -> Option<String> {
-    let until = scene.scene.until;
-    let late = scene.scene.observe.fields_at.iter().find(|at| **at > until * (1.0 + 1e-9))?;
-    Some(format!(
-        "observe.fields_at: {} s is after the end of the run, until = {} s: no fields are written for it; \
-         raise until, or take it out",
-        Short(*late),
-        Short(until)
-    ))
-}
-
-/// Other times that the run does not reach.
-fn late_times(scene: &CheckedScene) -> Option<String> {
+/// Times that the run does not reach.
+fn late(scene: &CheckedScene) -> Option<String> {
     let (scene, until) = (&scene.scene, scene.scene.until);
     let (planes, substeps) = (scene.observe.planes.iter(), scene.observe.substeps.iter());
-    let times = planes.clone().map(|planes| ("observe.planes.from", planes.from));
+    let times = scene.observe.fields_at.iter().map(|at| ("observe.fields_at", *at));
+    let times = times.chain(planes.clone().map(|planes| ("observe.planes.from", planes.from)));
     let times = times.chain(planes.clone().map(|planes| ("observe.planes.every", planes.every)));
     let times = times.chain(planes.flat_map(|planes| planes.at.iter().map(|at| ("observe.planes.at", *at))));
     let times = times.chain(substeps.map(|substeps| ("observe.substeps.from", substeps.from)));
     let times = times.chain(scene.walls.iter().map(|wall| ("walls.from", wall.from)));
     let times = times.chain(scene.stop_when.iter().map(|stop| ("stop_when.after", stop.after)));
     let late = times.filter(|(_, time)| *time > until * (1.0 + 1e-9));
-    let late: Vec<String> = late.map(|(key, time)| format!("{key} = {} s", Short(time))).collect();
+    let late: Vec<String> = late.map(|(key, time)| format!("{key}: {} s", Short(time))).collect();
     (!late.is_empty()).then(|| {
-        let late = late.join(", ");
-        format!("{late}: after the end of the run, until = {} s, so that nothing comes of it", Short(until))
+        format!(
+            "{} is after the end of the run, until = {} s: nothing comes of it; raise until, or take it out",
+            late.join(", "),
+            Short(until)
+        )
     })
 }
 

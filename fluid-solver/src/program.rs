@@ -8,7 +8,7 @@ use crate::ranks::{Ranks, Traffic};
 use bedload_output::{MetricValue, OutputFolder};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
-use bedload_scene::{CheckedScene, Grain, Motion, SceneError};
+use bedload_scene::{CheckedScene, Grain, Motion, SUPERFICIAL, SceneError};
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::Kinematics;
 use protocol::participant::{Participant, SolverError};
@@ -110,7 +110,7 @@ impl Solver for Fluid {
         let along = |axis: usize| {
             let letter = format!("{:?}", domain.geometry.axes()[axis]).to_lowercase();
             let value = MetricValue::measured(self.mean_velocity(axis), "m/s", None, None);
-            (format!("superficial_velocity_{letter}"), value)
+            (format!("{SUPERFICIAL}{letter}"), value)
         };
         let mut values: BTreeMap<_, _> =
             (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)).map(along).collect();

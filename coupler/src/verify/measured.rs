@@ -1,7 +1,7 @@
 //! What a scene is measured by on each of its grids.
 
 use bedload_scene::speeds::drive;
-use bedload_scene::{CheckedScene, InitialVelocity, MetricKind, Motion};
+use bedload_scene::{CheckedScene, InitialVelocity, MetricKind, Motion, SUPERFICIAL};
 
 /// Most grains that are measured one by one.
 const ONE_BY_ONE: usize = 2;
@@ -61,8 +61,7 @@ pub(super) fn names(scene: &CheckedScene, named: bool) -> Vec<String> {
     };
     let metrics = scene.scene.metrics.iter().filter(|metric| !is_difference(&metric.kind));
     let alone = !named && !scene.has_free_grains();
-    let flow =
-        direction(scene).filter(|_| alone).map(|axis| format!("superficial_velocity_{}", letter(axis)));
+    let flow = direction(scene).filter(|_| alone).map(|axis| format!("{SUPERFICIAL}{}", letter(axis)));
     metrics.map(|metric| metric.name.clone()).chain(flow).collect()
 }
 

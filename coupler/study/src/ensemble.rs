@@ -385,7 +385,8 @@ mod tests {
 
     #[test]
     fn each_seed_of_a_scene_grows_and_the_first_run_is_the_scene_itself() {
-        let text = "groups = [{ seed = 1 }, {}]\n[[insertions]]\nseed = 7\n[[rough_walls]]\nradius_spread = 0.1\n[[rough_walls]]\nradius_spread = 0.0\n";
+        let text = "groups = [{ seed = 1 }, {}]\n[[insertions]]\nseed = 7\n\
+                    [[rough_walls]]\nradius_spread = 0.1\n[[rough_walls]]\nradius_spread = 0.0\n";
         let source = SceneSource { file: "s.toml".into(), text: text.into() };
         assert!(seeds(&source, 0).is_empty());
         let third = ["rough_walls[0].seed=2000", "groups[0].seed=2001", "groups[1].seed=2000"];

@@ -105,8 +105,7 @@ impl From<LogError> for Failure {
             LogError::Truncated { .. } | LogError::Damaged { .. } | LogError::Sequence { .. } => {
                 Self::BreaksOff(error.to_string())
             }
-            LogError::File { source, .. } => Self::of_file(&error, is_full(source)),
-            _ => Self::of_file(&error, false),
+            _ => Self::of_file(&error, matches!(&error, LogError::File { source, .. } if is_full(source))),
         }
     }
 }

@@ -44,7 +44,7 @@ pub use grains::{Freedom, Grain, GrainFile, Group, Motion, Shape};
 pub use insertions::{Inserted, Insertion};
 pub use metric::{
     Column, HeapEnd, HeapReference, HeapSlope, InRange, MeanFrom, MeanOf, MeanTest, Metric, MetricKind,
-    OfColumn, OfComponent, OfGrain, OfSurface, Span,
+    OfColumn, OfComponent, OfGrain, OfSurface, SUPERFICIAL, Span,
 };
 pub use observe::{Observe, ObservedPlanes, ObservedSubsteps, ObservedTotals, Profile, Total};
 pub use over_time::acts_along;

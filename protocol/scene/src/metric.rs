@@ -11,6 +11,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::domain::Axis;
 use crate::walls::forever;
 
+/// How metrics begin that a fluid alone has unasked, the letter of an axis behind it.
+pub const SUPERFICIAL: &str = "superficial_velocity_";
+
 /// A number for `summary.json`.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 pub struct Metric {

@@ -51,8 +51,11 @@ pub struct RoughWall {
 
 impl RoughWall {
     /// Axes of the rectangle: the first along the rows, the second across (none in the plane).
-    /// `None` unless the layer is flat.
+    /// `None` unless the layer is flat, its lower corner below the upper one.
     fn axes(&self, geometry: Geometry) -> Option<(usize, Option<usize>)> {
+        if (0..3).any(|axis| self.upper[axis] < self.lower[axis]) {
+            return None;
+        }
         let wide = |axis: &usize| self.upper[*axis] > self.lower[*axis];
         match geometry {
             Geometry::Plane => {

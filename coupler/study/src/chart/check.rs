@@ -1,6 +1,6 @@
 //! The `[chart]` section against its scene.
 
-use bedload_scene::{CheckedScene, SceneError, SceneSource};
+use bedload_scene::{CheckedScene, SUPERFICIAL, SceneError, SceneSource};
 
 use crate::section::{Reference, Section};
 use crate::vary::{Choice, Vary, text};
@@ -77,7 +77,7 @@ fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let axes = domain.geometry.axes().iter().enumerate().filter(|(axis, _)| domain.is_periodic(*axis));
     let superficial: Vec<String> = axes
         .filter(|_| scene.scene.medium.is_some() && section.reference.is_some())
-        .map(|(_, axis)| format!("superficial_velocity_{}", axis.name()))
+        .map(|(_, axis)| format!("{SUPERFICIAL}{}", axis.name()))
         .collect();
     let is_given = |name: &str| superficial.iter().any(|given| given == name);
     for name in names.into_iter().filter(|name| !is_given(name)) {

@@ -60,9 +60,7 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
             )?;
         }
         source.refuse_if(
-            scene.domain.geometry == Geometry::Axisymmetric
-                || !wall.is_flat(scene.domain.geometry)
-                || (0..3).any(|axis| upper[axis] < lower[axis]),
+            scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry),
             &key("upper"),
             format_args!("{upper:?} and lower {lower:?} do not span a rectangle"),
             "let the two corners agree along one axis and differ along the others (plane: differ along x or z \

@@ -7,7 +7,7 @@ use toml::Value;
 use super::check::{Check, finite, not_negative, positive};
 use crate::domain::{Axis, WallKind};
 use crate::file_names::{FILE_NAME, is_file_name, is_taken};
-use crate::metric::MetricKind;
+use crate::metric::{MetricKind, SUPERFICIAL};
 use crate::shared::Scene;
 use crate::source::SceneSource;
 
@@ -32,9 +32,6 @@ const NUMBERS: [(&str, Rule); 11] = [
     ("share", Rule::Positive),
     ("at", Rule::Finite),
 ];
-
-/// How metrics begin that a fluid alone has unasked.
-const SUPERFICIAL: &str = "superficial_velocity_";
 
 /// Metrics have names of their own; they and `observe.grains` name grains that exist.
 pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Check {
