@@ -146,7 +146,7 @@ pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(
 pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScene) -> Result<(), Failure> {
     // Through other faces grains may leave.
     let domain = &scene.scene.domain;
-    let (limits, open) = (domain.limits(), domain.open_limits());
+    let (limits, open, periods) = (domain.limits(), domain.open_limits(), domain.periods());
     let refuse = |grain: usize, what: String| {
         Err(Failure::Run(format!(
             "the dem solver sent {what} of grain {grain} in window {} (t = {} s)",
@@ -172,7 +172,12 @@ pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScen
                 return refuse(number, what);
             }
         }
-        let strayed = (0..3).find(|c| (now.position[*c] - grain.position[*c]).abs() > 1e-9 * grain.radius);
+        let away = |c: usize| {
+            let way = now.position[c] - grain.position[c];
+            // An image is the same place.
+            way - periods[c].map_or(0.0, |(_, length)| length * (way / length).round())
+        };
+        let strayed = (0..3).find(|c| away(*c).abs() > 1e-9 * grain.radius);
         if let Some(c) = strayed.filter(|_| grain.motion == Motion::Fixed) {
             let (is, was) = (now.position[c], grain.position[c]);
             return refuse(number, format!("position[{c}] = {is}, where the scene holds it at {was},"));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::motion::Vec3;
+use crate::motion::{Motion, Vec3};
 use crate::solver::Dem;
 use crate::state::State;
 use bedload_scene::table::{Table, number};
@@ -49,6 +49,14 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
             "take the grains from that run: [[grain_files]] with its grains.csv",
         );
     }
+    if scene.scene.medium.is_some()
+        && let Some(fault) = moved(dem, &state)
+    {
+        return refuse(
+            fault,
+            "take all that the grains do from that run: [[grain_files]] with its grains.csv",
+        );
+    }
     (state.time, state.substeps, state.windows) = (0.0, 0, 0);
     state.rolling.truncate(state.contacts.len());
     state.wall_contacts.clear();
@@ -93,6 +101,31 @@ fn unpaired(scene: &CheckedScene, table: &Table) -> Option<String> {
         "has grain {i} of radius {r} m and density {d} kg/m³; grain {i} of this scene has {} m and {} kg/m³",
         own[i].radius, own[i].density
     ))
+}
+
+/// A free grain that the scene, by which the fluid starts, lets move or lie in another way than the state.
+fn moved(dem: &Dem, state: &State) -> Option<String> {
+    let g = &dem.grains;
+    let free = || (0..g.len()).filter(|i| g.motion[*i] == Motion::Free);
+    for (what, unit, here, there) in
+        [("velocity", "m/s", &g.velocity, &state.velocity), ("spin", "rad/s", &g.spin, &state.spin)]
+    {
+        if let Some(i) = free().find(|i| here[*i] != Vec3::from(there[*i])) {
+            let here = <[f64; 3]>::from(here[i]);
+            return Some(format!(
+                "has grain {i} with {what} {:?} {unit}, this scene, by which the fluid starts, with {here:?}",
+                there[i]
+            ));
+        }
+    }
+    let turned = |i: &usize| {
+        let q = g.orientation[*i];
+        let along: f64 = [q.w, q.i, q.j, q.k].iter().zip(&state.orientation[*i]).map(|(a, b)| a * b).sum();
+        !g.is_round(*i) && along.abs() < 1.0 - 1e-12
+    };
+    free()
+        .find(turned)
+        .map(|i| format!("has body {i} turned otherwise than this scene, by which the fluid starts"))
 }
 
 /// A grain outside the box, or two in each other.

@@ -1,10 +1,10 @@
 //! The DEM as a participant of a run: receives loads, sub-steps, sends kinematics.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bedload_output::{MetricValue, OutputFolder};
+use bedload_output::{MetricValue, OutputFolder, observed_grains};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
 use bedload_scene::{CheckedScene, SceneError};
@@ -45,6 +45,8 @@ pub struct DemParticipant {
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
     read: bool,
+    /// Grains whose gap is told at any distance.
+    observed: Vec<usize>,
     loads: Vec<GrainLoad>,
     saved: State,
     identity: String,
@@ -67,9 +69,10 @@ impl DemParticipant {
             || observe.grains.as_ref().is_none_or(|grains| !grains.is_empty())
             || scene.scene.metrics.iter().any(|metric| metric.kind.grain().is_some());
         (spec.observations, spec.orientation) = (read, read);
-        let mut dem = Dem::new(&first(&spec, scene.present())).map_err(|fault| {
-            scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows")
-        })?;
+        let of_metrics = scene.scene.metrics.iter().filter_map(|metric| metric.kind.grain());
+        let observed = if read { observed_grains(scene) } else { Vec::new() };
+        let observed: BTreeSet<usize> = observed.into_iter().chain(of_metrics).collect();
+        let mut dem = dem(&spec, scene)?;
         if let Some(folder) = &initial_state {
             initial::load(&mut dem, folder, scene)?;
         }
@@ -86,6 +89,7 @@ impl DemParticipant {
                 .map(|asked| Substeps::new(asked, scene.scene.domain.geometry)),
             fields: out.join("fields"),
             read,
+            observed: observed.into_iter().collect(),
             loads: vec![GrainLoad::default(); scene.grains.len()],
             saved: dem.save(),
             dem,
@@ -115,6 +119,9 @@ impl DemParticipant {
                 impact_speed: at(&seen.impact_speed, i),
                 rebound_speed: at(&seen.rebound_speed, i),
             };
+        }
+        for i in self.observed.iter().copied().filter(|i| *i < there) {
+            out[i].gap = self.dem.gap_of(i);
         }
     }
 
@@ -200,6 +207,12 @@ impl DemParticipant {
 /// The run with its first `count` grains only.
 fn first(spec: &DemSpec, count: usize) -> DemSpec {
     DemSpec { grains: spec.grains[..count].to_vec(), ..spec.clone() }
+}
+
+/// The solver of the grains that are there at the start.
+fn dem(spec: &DemSpec, scene: &CheckedScene) -> Result<Dem, SceneError> {
+    Dem::new(&first(spec, scene.present()))
+        .map_err(|fault| scene.source.error("dem", fault.to_string(), "docs/scene.md says what [dem] allows"))
 }
 
 fn failed(fault: impl std::fmt::Display) -> SolverError {
@@ -344,7 +357,12 @@ impl Solver for DemParticipant {
     type Facts = DemFacts;
 
     fn facts(scene: &CheckedScene) -> Result<DemFacts, SceneError> {
-        Ok(Config::new(scene)?.facts)
+        let config = Config::new(scene)?;
+        if let Some(folder) = &config.initial_state {
+            // Before the run takes the place of another one.
+            initial::load(&mut dem(&config.spec, scene)?, folder, scene)?;
+        }
+        Ok(config.facts)
     }
 
     fn build(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {

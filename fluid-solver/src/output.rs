@@ -3,7 +3,8 @@
 //! them over time.
 //!
 //! Cell data: velocity at the centres, pressure without its hydrostatic part and mean gradient,
-//! vorticity, solid fraction. A plane or (r, z) grid lies in the plane y = 0, r along x.
+//! vorticity, and β of the mask, which is wider than the grains, as `solid`. A plane or (r, z) grid lies in
+//! the plane y = 0, r along x.
 
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;

@@ -18,6 +18,9 @@ const PATIENCE: f64 = 0.5;
 /// docs/decisions/time-step.md
 const LAYER: f64 = 0.008;
 
+/// Cells that stand for that radius where there are no grains, but walls and drives alone.
+const WALL: f64 = 8.0;
+
 /// Largest step over the time since the start: what goes on as a power of that time is resolved alike.
 /// docs/decisions/time-step.md
 const OF_AGE: f64 = 0.1;
@@ -67,9 +70,9 @@ impl Plan {
         let inverse: f64 = (0..D).map(|a| width(a).powi(-2)).sum();
         let explicit = choices.scheme.viscous_limit() / (nu * inverse);
         let spacing = grid.smallest_width();
-        // Up to it the carried force converges in few steps in dense beds: docs/numerics.md, Forcing and
-        // viscosity.
-        let force = if scene.grains.is_empty() { f64::INFINITY } else { LONG * spacing * spacing / nu };
+        // Up to it the carried force converges in few steps in dense beds, and what a wall or a drive sets in
+        // motion at once does not ring for long: docs/numerics.md, Forcing and viscosity.
+        let force = LONG * spacing * spacing / nu;
         let fastest = start.map_or(0.0, Start::fastest);
         let speed = speed::expected(scene, medium).max(fastest);
         let by_speed = time.cfl * spacing / speed;
@@ -93,7 +96,8 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        let smallest = scene.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+        let smallest =
+            scene.grains.iter().map(|grain| grain.radius).reduce(f64::min).unwrap_or(WALL * spacing);
         let expected = level(by_speed.min(ceiling));
         let first = level(expected.min(LAYER * smallest * smallest / nu).min(shortest(&changes, 0.0)));
         let mut plan = Self {

@@ -5,8 +5,8 @@ use crate::boundary::Boundary;
 use crate::field::for_each_own_row;
 use crate::solver::Solver;
 use crate::step::Stepper;
+use crate::threads::share;
 use bedload_scene::{CheckedScene, Total};
-use rayon::prelude::*;
 
 /// Number of sums of a component: velocity times volume, volume, and the forces by axis and side.
 const SUMS: usize = 2 + 6;
@@ -40,8 +40,9 @@ impl Totals {
             // A component is summed from below, by one thread.
             let mut columns: [_; D] = std::array::from_fn(|d| sums.each_ref().map(|sums| sums[d]));
             let fluid = (solver.stepper(), solver.density());
-            let each = columns.par_iter_mut().enumerate();
-            each.for_each(|(d, column)| self.add_component(fluid, d, column));
+            share(&mut columns[..], 0..D, 1, &|components, columns| {
+                components.zip(columns).for_each(|(d, column)| self.add_component(fluid, d, column));
+            });
             for (d, column) in columns.iter().enumerate() {
                 sums.iter_mut().zip(column).for_each(|(sums, sum)| sums[d] = *sum);
             }

@@ -180,6 +180,34 @@ fn gaps_to_walls(
     }
 }
 
+impl Dem {
+    /// Gap of a grain to the nearest other one or wall, m, however far away; infinite if there is none.
+    #[must_use]
+    pub fn gap_of(&self, grain: usize) -> f64 {
+        let (grains, around, time) = (&self.grains, &self.around, self.time);
+        let bodies = self.general().and_then(|general| general.evaluation.bodies.as_deref());
+        let walls = around.walls.iter().filter(|wall| wall.acts(time)).map(|wall| {
+            match bodies.filter(|_| !grains.is_round(grain)) {
+                Some(bodies) => bodies.gap_to_wall(grains, grain, wall, time),
+                None => wall.gap(&grains.position[grain], grains.radius[grain], time),
+            }
+        });
+        let mut nearest = walls.fold(f64::INFINITY, f64::min);
+        for other in (0..grains.len()).filter(|other| *other != grain) {
+            let (i, j) = (grain.min(other), grain.max(other));
+            let apart = around.periods.nearest(grains.position[i] - grains.position[j]);
+            // Between the circles about bodies at first, which are as near as they can be.
+            let mut gap = apart.norm() - grains.radius[i] - grains.radius[j];
+            let bodies = bodies.filter(|_| gap < nearest && !(grains.is_round(i) && grains.is_round(j)));
+            if let Some(bodies) = bodies {
+                gap = bodies.distance(grains, &around.periods, i, j);
+            }
+            nearest = nearest.min(gap);
+        }
+        nearest
+    }
+}
+
 /// First free grain that is behind a wall by more than its diameter.
 fn first_lost(grains: &Grains, around: &Surroundings, time: f64) -> Option<usize> {
     let behind = |&i: &usize| {

@@ -92,8 +92,9 @@ pub struct Observations {
     /// Smallest gap over the window within the watched range and at its end, m; infinite if nothing
     /// was near.
     pub smallest_gap: Vec<f64>,
-    /// Gap at the end of the window, m: exact for walls and in scenes of up to
-    /// 64 grains, else infinite beyond the watched range.
+    /// Gap at the end of the window, m: exact for walls and, in the general engine, in scenes of up to 64
+    /// grains; else infinite beyond the watched range, which in the bulk engine ends at a touch. At any
+    /// distance: [`crate::Dem::gap_of`].
     pub gap_end: Vec<f64>,
     /// Approach speed at the last beginning of a contact within the window, m/s; 0 if none.
     pub impact_speed: Vec<f64>,

@@ -31,7 +31,7 @@ impl Dem {
         state.image.clone_from(&grains.image);
         state.orientation.clear();
         state.orientation.extend(grains.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]));
-        state.dissipated = self.dissipated().unwrap_or_default();
+        state.dissipated = self.account().unwrap_or_default();
         state.servos.clear();
         state.servos.extend(self.servos().map(|(_, servo)| [servo.way, servo.speed, servo.since]));
         state.rolling.clear();

@@ -164,7 +164,7 @@ impl Dem {
         if let Running::Bulk(bulk) = &self.engine { Some(bulk) } else { None }
     }
 
-    fn general(&self) -> Option<&General> {
+    pub(crate) fn general(&self) -> Option<&General> {
         if let Running::General(general) = &self.engine { Some(general) } else { None }
     }
 
@@ -253,6 +253,12 @@ impl Dem {
     /// What contacts have taken since the start, where [`DemSpec::energy`] asked for an account.
     #[must_use]
     pub fn dissipated(&self) -> Option<Dissipated> {
+        let lost = self.account()?;
+        Some(Dissipated { sliding: lost.sliding + self.spring_energy().1, ..lost })
+    }
+
+    /// The same as it is kept, with springs counted whole.
+    pub(crate) fn account(&self) -> Option<Dissipated> {
         self.general()?.evaluation.account.as_ref().map(|account| account.lost)
     }
 }

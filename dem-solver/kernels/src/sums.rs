@@ -19,34 +19,43 @@ impl Dem {
 
     /// Energy in the springs of all contacts that bear a force, J, but for those of Wan & Turek; not in their
     /// rolling. An overlap whose force is clipped at zero has none left, and one that no sub-step has met yet
-    /// none so far.
+    /// none so far. A tangential spring counts as far as friction can hold it.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
+        self.spring_energy().0
+    }
+
+    /// [`Self::elastic_energy`], and what is in tangential springs beyond it: the counterpart of the dashpots
+    /// of contacts that slide.
+    pub(crate) fn spring_energy(&self) -> (f64, f64) {
         let g = &self.grains;
         let (pairs, walls) = self.bearing_contacts();
         let known = self.response.inverse_mass.len() == g.len();
         let response = if known { &self.response } else { &Response::new(g, &Vec3::zeros(), &[]) };
-        let stored_in = |contact: &SavedContact, second: Option<usize>, gap: f64| {
+        let (mut energy, mut beyond) = (0.0, 0.0);
+        let mut add = |contact: &SavedContact, second: Option<usize>, gap: f64| {
             let mass = response.effective_mass(g, contact.first as usize, second);
-            let Some(law) = self.around.law.at(mass).filter(|_| gap < 0.0) else { return 0.0 };
-            let spring = Vec3::from(contact.spring);
-            0.5 * mass * law.stiffness * gap * gap
-                + 0.5 * mass * law.tangential_stiffness * spring.norm_squared()
+            let Some(law) = self.around.law.at(mass).filter(|_| gap < 0.0) else { return };
+            let (k_n, k_t) = (mass * law.stiffness, mass * law.tangential_stiffness);
+            let spring = 0.5 * k_t * Vec3::from(contact.spring).norm_squared();
+            let limit = law.friction * k_n * gap;
+            let held = if k_t > 0.0 { spring.min(0.5 * limit * limit / k_t) } else { 0.0 };
+            energy += 0.5 * k_n * gap * gap + held;
+            beyond += spring - held;
         };
-        let mut energy = 0.0;
         for contact in &pairs {
             let (i, j) = (contact.first as usize, contact.second as usize);
             let apart = self.around.periods.nearest(g.position[i] - g.position[j]).norm();
-            energy += stored_in(contact, Some(j), apart - g.radius[i] - g.radius[j]);
+            add(contact, Some(j), apart - g.radius[i] - g.radius[j]);
         }
         for contact in &walls {
             let (i, wall) = (contact.first as usize, &self.around.walls[contact.second as usize]);
             if wall.acts(self.time) {
                 let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                energy += stored_in(contact, None, gap);
+                add(contact, None, gap);
             }
         }
-        energy
+        (energy, beyond)
     }
 
     /// Energy of gravity, J: −Σ m g·x over the grains that forces move, with x followed through periodic

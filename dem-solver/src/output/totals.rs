@@ -1,6 +1,6 @@
 //! Sums over contacts that `observe.totals` asks for.
 
-use bedload_scene::{CheckedScene, Total};
+use bedload_scene::{CheckedScene, Domain, Total};
 
 use crate::contacts::{Contact, is_free};
 use crate::grains::Grains;
@@ -24,6 +24,8 @@ pub(crate) fn add_servos(components: &[usize], dem: &Dem, out: &mut Vec<f64>) {
 /// What is asked for.
 #[derive(Clone, Debug)]
 pub(crate) struct Totals {
+    /// What is outside counts no more.
+    domain: Domain,
     coordination: bool,
     forces: bool,
     films: bool,
@@ -39,6 +41,7 @@ impl Totals {
         let asked = scene.scene.observe.totals.as_ref()?;
         let (domain, coordination) = (&scene.scene.domain, asked.has(&[Total::CoordinationNumber]));
         Some(Self {
+            domain: domain.clone(),
             coordination,
             forces: asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]),
             films: asked.has(&[Total::WallStress]),
@@ -51,7 +54,8 @@ impl Totals {
     /// The values in the order of [`bedload_output::totals::dem_values`]; `films` push each wall.
     pub(crate) fn add(&self, grains: &Grains, contacts: &[Contact], films: &[Vec3], out: &mut Vec<f64>) {
         if self.coordination {
-            let free = (0..grains.len()).filter(|i| is_free(grains, *i)).count();
+            let counts = |i: &usize| is_free(grains, *i) && self.domain.holds(&grains.position[*i].into());
+            let free = (0..grains.len()).filter(counts).count();
             let ends: usize = contacts.iter().map(|contact| if contact.held { 1 } else { 2 }).sum();
             out.push(ends as f64 / free.max(1) as f64);
         }

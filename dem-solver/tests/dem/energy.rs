@@ -2,7 +2,7 @@
 //! was, to an error that falls with the sub-step.
 use crate::common::{cloud, dem, floor, law, spec};
 use dem_solver::laws::rolling::Rolling;
-use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Integrator, SpecError};
+use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Grain, Integrator, SpecError};
 
 /// Grains apart in a periodic box, friction, dashpots both ways; t_c = 0.05, speeds of order 1.
 fn gas() -> DemSpec {
@@ -99,6 +99,32 @@ fn a_restored_run_keeps_its_account() {
         }
         assert!(solver.dissipated().expect("an account").total() > saved.dissipated.total());
         assert_eq!(solver.save(), other.save());
+    }
+}
+
+/// A sphere that slides on a floor: friction takes μ m g along its way and no dashpot anything, however
+/// strong it is; without friction nothing is taken, and no spring is stretched.
+#[test]
+fn a_dashpot_takes_nothing_from_what_slides() {
+    for friction in [0.0, 0.2] {
+        let mut grain = Grain::new([0.0, 0.0, 0.5 - 1e-6], 0.5, 1.0);
+        grain.velocity = [3.0, 0.0, 0.0];
+        let mut law = law(0.5, 1e-2);
+        (law.friction, law.damping_ratio) = (friction, 1.0);
+        let mut set_up = spec(vec![grain], law);
+        (set_up.walls, set_up.gravity, set_up.energy) = (vec![floor()], [0.0, 0.0, -1.0].into(), true);
+        let mut solver = dem(&set_up);
+        let start = total(&solver);
+        // A contact that begins or ends brings an error of the first order in the sub-step.
+        solver.advance(1.0, 100_000, &[]).expect("advances");
+        let (lost, g) = (solver.dissipated().expect("an account"), &solver.grains);
+        // v falls by μ g t, the spin grows by μ g t m R/I: the surface still slips.
+        let (v, spin) = (g.velocity[0].x, 0.5 * g.spin[0].norm());
+        let taken = g.mass[0] * (0.5 * (9.0 - v * v) - 0.2 * spin * spin);
+        let scale = 4.5 * g.mass[0];
+        assert!(v > spin && (lost.sliding - taken).abs() < 2e-3 * scale, "{lost:?}, {taken}");
+        assert!(lost.tangential.abs() < 2e-3 * scale && solver.elastic_energy() < 2e-3 * scale, "{lost:?}");
+        assert!((total(&solver) - start).abs() < 2e-3 * scale, "{} of {start}", total(&solver));
     }
 }
 

@@ -2,7 +2,7 @@
 use crate::common::{dem, floor, law, spec};
 use dem_solver::lubrication::law::{LubricationLaw, LubricationModel};
 use dem_solver::lubrication::settings::LubricationSettings;
-use dem_solver::{Dem, DemSpec, Grain, Lubrication, Shape, Vec3, Wall};
+use dem_solver::{Dem, DemSpec, Grain, Lubrication, Motion, Shape, Vec3, Wall};
 use std::f64::consts::PI;
 
 const R: f64 = 0.5;
@@ -258,6 +258,44 @@ fn many_films_conserve_momentum_and_converge() {
         .map(|sweeps| speed(sweeps).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
     println!("error of one stiff sub-step by sweeps 1 to 4: {errors:?}");
     assert!(errors[0] > errors[1] && errors[1] >= errors[2] && errors[3] < 1e-6, "{errors:?}");
+}
+
+/// Eight spheres in the film of one floor, or of one fixed sphere each side of which two stand: what is held
+/// bears the films of all, not of one of a pack.
+#[test]
+fn what_is_held_bears_all_films_that_share_it() {
+    let film = |set_up: &mut DemSpec| {
+        set_up.viscosity = 0.05;
+        set_up.lubrication = Lubrication::AsPrinted(LubricationSettings::new(1e-3));
+    };
+    let falling = (0..8).map(|k| {
+        let mut grain = Grain::new([3.0 * f64::from(k), 0.0, R + 0.02], R, 1.0);
+        grain.velocity = [0.0, 0.0, -0.1];
+        grain
+    });
+    let mut row = spec(falling.collect(), law(0.97, 1e-2));
+    row.walls.push(floor());
+    film(&mut row);
+    let mut solver = dem(&row);
+    solver.advance(1e-3, 1, &[]).expect("advances");
+    let (one, all) = (solver.lubrication_force()[3].z, solver.films_on_walls()[0].z);
+    assert!(one > 0.0 && (all + 8.0 * one).abs() < 1e-12 * all.abs(), "{all} of eight times {one}");
+
+    let mut held = Grain::new([0.0; 3], R, 1.0);
+    held.motion = Motion::Fixed;
+    let sides = [[1.02, 0.0, 0.0], [-1.02, 0.0, 0.0], [0.0, 1.02, 0.0]].map(|site| {
+        let mut grain = Grain::new(site, R, 1.0);
+        grain.velocity = site.map(|x| -0.1 * x);
+        grain
+    });
+    let mut cross = spec([vec![held], sides.to_vec()].concat(), law(0.97, 1e-2));
+    film(&mut cross);
+    let mut solver = dem(&cross);
+    solver.advance(1e-3, 1, &[]).expect("advances");
+    let films = solver.lubrication_force();
+    let sum: Vec3 = films.iter().sum();
+    assert!(films[3].norm() > 0.0 && sum.norm() < 1e-12 * films[3].norm(), "{films:?}");
+    assert!((films[0] + films[3]).norm() < 1e-9 * films[3].norm(), "{films:?}");
 }
 
 /// A sub-step that begins with the impulses of the one before ends where one from nothing ends.

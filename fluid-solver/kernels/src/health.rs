@@ -2,8 +2,8 @@
 
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, ZERO, dispatch};
+use crate::threads::{most, threads};
 use pulp::Simd;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// What the sweep found.
@@ -32,24 +32,31 @@ impl Health {
     /// Looks at every cell, of all ranks. Halos and wall faces must be up to date.
     pub fn of<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> Self {
         let rows = grid.own_rows();
-        let slab = |first: usize| {
-            let mut found = Self::GOOD;
-            dispatch(Slab { grid, velocity, rows: first..rows.end.min(first + SLAB), found: &mut found });
-            found
-        };
-        let found = if rayon::current_num_threads() > 1 && grid.cell_count() > 16_384 {
-            rows.clone().into_par_iter().step_by(SLAB).map(slab).reduce(|| Self::GOOD, Self::worse)
-        } else {
-            rows.clone().step_by(SLAB).map(slab).fold(Self::GOOD, Self::worse)
-        };
+        let most = most(rows.len(), threads(grid.cell_count()));
+        let found = Self::of_rows(grid, velocity, rows, most);
         let mut all = [found.rate, found.divergence, f64::from(u8::from(!found.finite))];
         grid.division.ranks().combine(&mut all, f64::max);
         Self { rate: all[0], divergence: all[1], finite: all[2] == 0.0 }
     }
-}
 
-/// Rows that one thread looks at in one go.
-const SLAB: usize = 64;
+    /// Looks at the cells of some rows, in halves side by side down to `most` rows.
+    fn of_rows<const D: usize>(
+        grid: &Grid<D>,
+        velocity: &[Vec<f64>; D],
+        rows: Range<usize>,
+        most: usize,
+    ) -> Self {
+        let mut found = Self::GOOD;
+        if rows.len() <= most.max(1) {
+            dispatch(Slab { grid, velocity, rows, found: &mut found });
+            return found;
+        }
+        let middle = rows.start.midpoint(rows.end);
+        let half = |rows| Self::of_rows(grid, velocity, rows, most);
+        let (low, high) = rayon::join(|| half(rows.start..middle), || half(middle..rows.end));
+        low.worse(high)
+    }
+}
 
 /// Some rows.
 struct Slab<'a, const D: usize> {

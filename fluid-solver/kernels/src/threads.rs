@@ -1,24 +1,95 @@
 //! Work sharing: the one place where the solver meets its threads.
 //!
-//! A task owns one chunk of the output and writes nothing else, so the number of threads cannot
-//! change a bit of any result. Small arrays are done by the calling thread.
+//! A task owns some parts of the output and writes nothing else, so the number of threads cannot
+//! change a bit of any result. Small arrays are done by the calling thread. Tasks are called by
+//! reference, so that sharing is compiled once for each kind of parts and not for each task.
 
 use crate::grid::Grid;
-use rayon::prelude::*;
+use std::ops::Range;
 
 /// Values per thread below which a second thread costs more than it brings.
 const WORTH_A_THREAD: usize = 16_384;
 
-/// Calls `task(i, chunk)` for every chunk of `chunk` values of `data`, in parallel where worth it.
-pub fn for_chunks<T: Send>(data: &mut [T], chunk: usize, task: impl Fn(usize, &mut [T]) + Sync) {
-    let values = data.len() * (std::mem::size_of::<T>() / 8).max(1);
-    let threads = rayon::current_num_threads().min(values / WORTH_A_THREAD);
-    if threads < 2 {
-        data.chunks_mut(chunk).enumerate().for_each(|(i, c)| task(i, c));
-    } else {
-        let least = data.len().div_ceil(chunk).div_ceil(4 * threads);
-        data.par_chunks_mut(chunk).enumerate().with_min_len(least).for_each(|(i, c)| task(i, c));
+/// Parts that may be shared.
+pub trait Parts: Sized + Send {
+    /// The first `count` parts, and the others.
+    fn divide(self, count: usize) -> (Self, Self);
+}
+
+impl<T: Send> Parts for &mut [T] {
+    fn divide(self, count: usize) -> (Self, Self) {
+        self.split_at_mut(count)
     }
+}
+
+/// Chunks of `size` values of some fields at once; the last may be shorter.
+pub struct Chunks<'a, T, const N: usize> {
+    /// The fields.
+    pub fields: [&'a mut [T]; N],
+    /// Values of a field in a chunk.
+    pub size: usize,
+}
+
+impl<T: Send, const N: usize> Parts for Chunks<'_, T, N> {
+    fn divide(self, count: usize) -> (Self, Self) {
+        let Self { fields, size } = self;
+        let mut halves = fields.map(|field| field.split_at_mut((count * size).min(field.len())));
+        let low = halves.each_mut().map(|(low, _)| std::mem::take(low));
+        (Self { fields: low, size }, Self { fields: halves.map(|(_, high)| high), size })
+    }
+}
+
+impl<'a, T, const N: usize> Chunks<'a, T, N> {
+    /// Calls `task` with every chunk and its number, of `numbers`.
+    pub(crate) fn each(self, numbers: Range<usize>, task: &(dyn Fn(usize, [&mut [T]; N]) + Sync)) {
+        let mut chunks = self.fields.map(|field| field.chunks_mut(self.size));
+        numbers.for_each(|i| task(i, chunks.each_mut().map(|chunks| chunks.next().expect("a chunk"))));
+    }
+}
+
+impl<A: Parts, B: Parts> Parts for (A, B) {
+    fn divide(self, count: usize) -> (Self, Self) {
+        let (low, high) = (self.0.divide(count), self.1.divide(count));
+        ((low.0, high.0), (low.1, high.1))
+    }
+}
+
+/// Calls `task` with the numbers of some parts and with these parts, in halves side by side down to `most` of
+/// them.
+pub fn share<P: Parts>(
+    parts: P,
+    numbers: Range<usize>,
+    most: usize,
+    task: &(dyn Fn(Range<usize>, P) + Sync),
+) {
+    if numbers.len() <= most.max(1) {
+        return task(numbers, parts);
+    }
+    let middle = numbers.start + numbers.len() / 2;
+    let (low, high) = parts.divide(middle - numbers.start);
+    rayon::join(
+        || share(low, numbers.start..middle, most, task),
+        || share(high, middle..numbers.end, most, task),
+    );
+}
+
+/// Most of `parts` parts for a thread, where there are `threads`: all, or a fourth of an equal share.
+pub fn most(parts: usize, threads: usize) -> usize {
+    if threads > 1 { parts.div_ceil(4 * threads) } else { parts }
+}
+
+/// Threads that `values` values are worth.
+pub(crate) fn threads(values: usize) -> usize {
+    rayon::current_num_threads().min(values / WORTH_A_THREAD)
+}
+
+/// Calls `task(i, chunk)` for every chunk of `size` values of `data`, in parallel where worth it.
+pub fn for_chunks<T: Send>(data: &mut [T], size: usize, task: impl Fn(usize, &mut [T]) + Sync) {
+    let values = data.len() * (std::mem::size_of::<T>() / 8).max(1);
+    let count = data.len().div_ceil(size);
+    share(Chunks { fields: [data], size }, 0..count, most(count, threads(values)), &|numbers, chunks| {
+        chunks.each(numbers, &|i, [chunk]| task(i, chunk));
+    });
 }
 
 /// Calls `task(row, [a, b, c])` for every interior row of three fields on two axes at once, each
@@ -29,21 +100,12 @@ pub fn for_row_triples<const D: usize>(
     task: impl Fn(usize, [&mut [f64]; 3]) + Sync,
 ) {
     debug_assert!(D == 2, "rows follow each other on two axes only");
-    let (n, stride) = (grid.cells[0], grid.stride(1));
-    let range = grid.row(0)..grid.row(grid.rows() - 1) + n;
-    let [a, b, c] = fields.map(|field| &mut field[range.clone()]);
-    let threads = rayon::current_num_threads().min(grid.cell_count() / WORTH_A_THREAD);
-    if threads < 2 {
-        let rows = a.chunks_mut(stride).zip(b.chunks_mut(stride)).zip(c.chunks_mut(stride));
-        rows.enumerate().for_each(|(row, ((a, b), c))| task(row, [a, b, c].map(|x| &mut x[..n])));
-    } else {
-        a.par_chunks_mut(stride)
-            .zip(b.par_chunks_mut(stride))
-            .zip(c.par_chunks_mut(stride))
-            .enumerate()
-            .with_min_len(grid.cells[1].div_ceil(4 * threads))
-            .for_each(|(row, ((a, b), c))| task(row, [a, b, c].map(|x| &mut x[..n])));
-    }
+    let (n, rows, size) = (grid.cells[0], grid.rows(), grid.stride(1));
+    let range = grid.row(0)..grid.row(rows - 1) + n;
+    let fields = fields.map(|field| &mut field[range.clone()]);
+    share(Chunks { fields, size }, 0..rows, most(rows, threads(grid.cell_count())), &|rows, chunks| {
+        chunks.each(rows, &|row, fields| task(row, fields.map(|field| &mut field[..n])));
+    });
 }
 
 /// Calls `task(row, a, b)` for every interior row of two fields at once, `a` and `b` being the
@@ -54,25 +116,33 @@ pub fn for_rows<const D: usize>(
     b: &mut [f64],
     task: impl Fn(usize, &mut [f64], &mut [f64]) + Sync,
 ) {
-    let (n, inner) = (grid.cells[0], grid.rows() / grid.cells[D - 1]);
-    let (layer, stride) = (grid.stride(D - 1), grid.stride(1));
+    let (n, layers) = (grid.cells[0], grid.cells[D - 1]);
+    let (inner, size, stride) = (grid.rows() / layers, grid.stride(D - 1), grid.stride(1));
     let range = grid.row(0)..grid.row(grid.rows() - 1) + n;
-    let share = |k: usize, a: &mut [f64], b: &mut [f64]| {
-        for j in 0..inner {
-            let at = j * stride..j * stride + n;
-            task(k * inner + j, &mut a[at.clone()], &mut b[at]);
-        }
-    };
-    let (a, b) = (&mut a[range.clone()], &mut b[range]);
-    let threads = rayon::current_num_threads().min(grid.cell_count() / WORTH_A_THREAD);
-    if threads < 2 {
-        let layers = a.chunks_mut(layer).zip(b.chunks_mut(layer));
-        layers.enumerate().for_each(|(k, (a, b))| share(k, a, b));
-    } else {
-        a.par_chunks_mut(layer)
-            .zip(b.par_chunks_mut(layer))
-            .enumerate()
-            .with_min_len(grid.cells[D - 1].div_ceil(4 * threads))
-            .for_each(|(k, (a, b))| share(k, a, b));
-    }
+    let fields = [&mut a[range.clone()], &mut b[range]];
+    share(Chunks { fields, size }, 0..layers, most(layers, threads(grid.cell_count())), &|layers, chunks| {
+        chunks.each(layers, &|k, [a, b]| {
+            for j in 0..inner {
+                let at = j * stride..j * stride + n;
+                task(k * inner + j, &mut a[at.clone()], &mut b[at]);
+            }
+        });
+    });
+}
+
+/// Calls `work` with the first row of every layer of this process and, from there on, the layer of some
+/// fields, side by side where there are threads.
+pub(crate) fn by_layers<const D: usize, const N: usize>(
+    grid: &Grid<D>,
+    fields: [&mut [f64]; N],
+    work: impl Fn(usize, [&mut [f64]; N]) + Sync,
+) {
+    let (layers, size) = (grid.division.own(), grid.stride(D - 1));
+    let rows = grid.rows() / grid.cells[D - 1];
+    let begin = grid.row(layers.start * rows);
+    let fields = fields.map(|field| &mut field[begin..]);
+    let most = most(layers.len(), rayon::current_num_threads());
+    share(Chunks { fields, size }, layers, most, &|layers, chunks| {
+        chunks.each(layers, &|k, fields| work(k * rows, fields));
+    });
 }

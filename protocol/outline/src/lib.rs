@@ -176,6 +176,14 @@ impl Outline {
         }
     }
 
+    /// How far the surface of a body that is turned about y by `angle` (rad, from z to x) reaches from its
+    /// centre along `direction`, a unit vector of the laboratory, m.
+    pub fn reach_along(&self, angle: f64, [x, z]: [f64; 2]) -> f64 {
+        let (sine, cosine) = angle.sin_cos();
+        let own = [cosine * x - sine * z, sine * x + cosine * z];
+        dot(self.support(own), own)
+    }
+
     /// Distance of `point` from the surface, negative inside, and the outward unit normal there, m and 1.
     pub fn distance(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
         match self {

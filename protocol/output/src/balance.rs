@@ -19,9 +19,9 @@ fn excess_density(scene: &CheckedScene) -> f64 {
 }
 
 /// (ρ_p − ρ) g D of the free grains with the largest gravity of the run, Pa: what makes a stress a Shields
-/// number.
+/// number. D of a body is that of the round one of its volume.
 pub(crate) fn weight_per_area(scene: &CheckedScene) -> f64 {
-    excess_density(scene) * scene.scene.largest_gravity() * mean_of(scene, |grain| 2.0 * grain.radius)
+    excess_density(scene) * scene.scene.largest_gravity() * mean_of(scene, Grain::equivalent_diameter)
 }
 
 /// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the

@@ -1,6 +1,8 @@
 //! The columns of `series.csv`: which there are, and their values after a window.
 
-use bedload_scene::{Changing, CheckedScene, Geometry, Grain, Motion, OverTime, acts_along, changing};
+use bedload_scene::{
+    Changing, CheckedScene, Geometry, Grain, Motion, Outline, OverTime, acts_along, changing,
+};
 use protocol::message::{Kinematics, Loads};
 
 use crate::sample::{Extra, Sample, Sides, When};
@@ -162,23 +164,34 @@ pub struct Columns {
 }
 
 /// What the sums over free grains need.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct FreeGrain {
     index: usize,
     radius: f64,
     mass: f64,
     inertia: f64,
+    /// Of a body that is not round.
+    outline: Option<Outline>,
 }
 
 impl FreeGrain {
     fn new(index: usize, grain: &Grain) -> Self {
         let mass = grain.mass();
-        Self { index, radius: grain.radius, mass, inertia: grain.gyration() * mass }
+        let (radius, outline) = (grain.radius, grain.outline());
+        Self { index, radius, mass, inertia: grain.gyration() * mass, outline }
+    }
+
+    /// How far its surface reaches from its centre along `axis` as it is turned, m.
+    fn reach(&self, motion: &Kinematics, axis: usize) -> f64 {
+        let direction = if axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
+        self.outline
+            .as_ref()
+            .map_or(self.radius, |outline| outline.reach_along(about_y(motion.orientation), direction))
     }
 }
 
 /// Grains that the scene wants columns of.
-pub(crate) fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
+pub fn observed_grains(scene: &CheckedScene) -> Vec<usize> {
     let by_default = || (0..scene.grains.len().min(GRAINS_BY_DEFAULT)).collect();
     scene.scene.observe.grains.clone().unwrap_or_else(by_default)
 }
@@ -194,7 +207,10 @@ impl Columns {
             .filter(|(_, grain)| grain.motion == Motion::Free)
             .map(|(index, grain)| FreeGrain::new(index, grain))
             .collect();
-        let surface = |grain: &FreeGrain| scene.grains[grain.index].position[0] + grain.radius;
+        let surface = |grain: &FreeGrain| {
+            let grain = &scene.grains[grain.index];
+            grain.position[0] + grain.reach_along([1.0, 0.0, 0.0])
+        };
         let mut columns = Self {
             names: Vec::new(),
             units: Vec::new(),
@@ -404,7 +420,7 @@ impl Columns {
         let surface = |grain: &FreeGrain| {
             let motion = sample.kinematics.get(grain.index)?;
             let there = grain.index < self.present || motion.is_there();
-            there.then_some(motion.position[axis] + grain.radius)
+            there.then(|| motion.position[axis] + grain.reach(motion, axis))
         };
         self.free.iter().filter_map(surface).fold(f64::NEG_INFINITY, f64::max)
     }

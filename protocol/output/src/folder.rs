@@ -219,7 +219,8 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::File`].
     pub fn remove_summary(&self) -> Result<(), OutputError> {
-        remove("replace", &self.summary())
+        remove("replace", &self.summary())?;
+        remove("replace", &self.grains())
     }
 
     fn is_empty(&self) -> Result<bool, OutputError> {

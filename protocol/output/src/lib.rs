@@ -29,7 +29,7 @@ pub mod totals;
 pub mod vtk;
 
 pub use claim::Claim;
-pub use columns::{Columns, energy_columns};
+pub use columns::{Columns, energy_columns, observed_grains};
 pub use error::OutputError;
 pub use file::atomic_write;
 pub use folder::{OutputFolder, in_full, resolved_scene, state_of};

@@ -87,7 +87,7 @@ impl Observer {
             None => (SeriesWriter::create(&path, names, every)?, Tally::default()),
             Some(state) => {
                 let wrong = |what| OutputError::Content { path: folder.checkpoint(), what };
-                metrics.restore(state.metrics).map_err(wrong)?;
+                metrics.restore(state.metrics, state.tally.simulated).map_err(wrong)?;
                 ends = state.ends;
                 (SeriesWriter::resume(&path, names, every, &state.series)?, state.tally)
             }

@@ -51,7 +51,11 @@ impl SpeedLimit {
     /// Of a scene; none where nothing is expected to move.
     pub fn new(scene: &CheckedScene) -> Self {
         let speeds = Speeds::of(scene);
-        let expected = speeds.flow + speeds.grain.max(speeds.approach);
+        // Grains at rest may find room to fall by their own size, and what contacts bore is let go.
+        let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+        let gravity = scene.scene.largest_gravity();
+        let let_go = (2.0 * gravity * largest).sqrt();
+        let expected = speeds.flow + speeds.grain.max(speeds.approach).max(let_go);
         Self(if expected > 0.0 { BEYOND * expected } else { f64::INFINITY })
     }
 

@@ -181,12 +181,8 @@ impl Grain {
 
     /// How far the surface reaches from the centre along `direction`, a unit vector of the laboratory, m.
     pub fn reach_along(&self, direction: [f64; 3]) -> f64 {
-        let Some(outline) = self.outline() else { return self.radius };
-        let (sine, cosine) = self.angle().sin_cos();
         let [x, _, z] = direction;
-        let own = [cosine * x - sine * z, sine * x + cosine * z];
-        let farthest = outline.support(own);
-        farthest[0] * own[0] + farthest[1] * own[1]
+        self.outline().map_or(self.radius, |outline| outline.reach_along(self.angle(), [x, z]))
     }
 
     /// Diameter of the round body of the same volume, m.

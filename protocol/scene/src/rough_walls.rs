@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::domain::Geometry;
+use crate::domain::{Domain, Geometry};
 use crate::grains::{Grain, Motion};
 use crate::random::SplitMix64;
 use crate::walls::Wall;
@@ -79,6 +79,22 @@ impl RoughWall {
     /// Whether it is flat: a rectangle, or a line in the plane.
     pub fn is_flat(&self, geometry: Geometry) -> bool {
         self.axes(geometry).is_some()
+    }
+
+    /// An axis along which the last grain of a row lies on the image of the first.
+    pub(crate) fn meets_itself(&self, domain: &Domain) -> Option<usize> {
+        let (first, second) = self.axes(domain.geometry)?;
+        let step = self.spacing();
+        let across = if self.arrangement == Arrangement::Hexagonal { 0.75f64.sqrt() * step } else { step };
+        let meets = |axis: usize, step: f64| {
+            let sites = ((self.upper[axis] - self.lower[axis]) / step * (1.0 + 1e-12)).floor();
+            domain.periods()[axis].is_some_and(|(_, length)| (sites * step - length).abs() < 1e-9 * step)
+        };
+        [Some((first, step)), second.map(|second| (second, across))]
+            .into_iter()
+            .flatten()
+            .find(|(axis, step)| meets(*axis, *step))
+            .map(|(axis, _)| axis)
     }
 
     /// Number of grains it may have at most.

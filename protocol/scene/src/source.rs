@@ -88,9 +88,14 @@ impl SceneSource {
             return Cow::Borrowed(&self.text);
         };
         table.retain(|name, _| name != "until" && !SWEEPS.contains(&name));
-        // On how many ranks the fluid goes on changes no bit.
-        if let Some(fluid) = table.get_mut("fluid").and_then(toml::Value::as_table_mut) {
-            fluid.remove("launcher");
+        // On how many ranks the fluid goes on changes no bit; a run that met a bound may go on without it.
+        for (section, key) in [("fluid", "launcher"), ("coupling", "force")] {
+            if let Some(of) = table.get_mut(section).and_then(toml::Value::as_table_mut)
+                && of.remove(key).is_some()
+                && of.is_empty()
+            {
+                table.remove(section);
+            }
         }
         Cow::Owned(table.to_string())
     }

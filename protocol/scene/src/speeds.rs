@@ -269,7 +269,9 @@ impl<'a> Below<'a> {
         });
         let cell = 2.0 * scene.grains.iter().map(|grain| grain.radius).fold(f64::MIN_POSITIVE, f64::max);
         let mut held: [HashMap<_, Vec<_>>; 3] = Default::default();
-        for grain in scene.grains.iter().filter(|grain| grain.motion != Motion::Free) {
+        // What is led bears nothing for long.
+        let stays = |grain: &&Grain| grain.motion != Motion::Free && grain.velocity.is_zero();
+        for grain in scene.grains.iter().filter(stays) {
             for (component, columns) in held.iter_mut().enumerate() {
                 columns.entry(column(grain, component, cell)).or_default().push(grain);
             }
@@ -297,7 +299,8 @@ impl<'a> Below<'a> {
         let down = weight.signum();
         let at = grain.position[component];
         let walls = self.scene.contact_walls();
-        let facing = walls.iter().filter(|wall| wall.normal[component] * down < 0.0 && wall.from == 0.0);
+        let lasts = |wall: &&Wall| wall.from == 0.0 && wall.until >= self.scene.scene.until;
+        let facing = walls.iter().filter(lasts).filter(|wall| wall.normal[component] * down < 0.0);
         let distance = |wall: &Wall| {
             let offset: f64 = (0..3).map(|c| wall.normal[c] * (grain.position[c] - wall.point[c])).sum();
             offset / wall.normal[component].abs() - grain.radius

@@ -288,3 +288,80 @@ fn grains_leave_through_an_outflow_and_those_that_stay_go_on_and_start_another_r
     assert_eq!(grains(&a).len(), 1, "the head alone");
     assert_eq!(column(&a, "position_x[1]"), column(&whole, "position_x[1]"));
 }
+
+/// Discs that settle dry on the floor, to rest.
+const BED: &str = r#"
+until = 40.0
+gravity = [0.0, 0.0, -1.0]
+WHEN
+[domain]
+geometry = "plane"
+lower = [0.0, 0.0]
+upper = [6.0, 10.0]
+boundary = { x = "no-slip", z = "no-slip" }
+GRAINS
+[dem]
+STATE
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.3
+contact_time = 0.02
+friction = 0.5
+rolling = { friction = 0.1 }
+[observe]
+every = 0.05
+"#;
+
+/// What rests on springs lets some of them go when walls are others: no speed that grains can have is called
+/// unstable. A first state that is not there is refused before a finished run is replaced.
+#[test]
+fn a_bed_at_rest_goes_on_and_a_state_that_is_not_there_costs_no_run() {
+    let folder = Folder::new("at-rest");
+    let group = "[[groups]]\ncount = 20\nlower = [0.0, 0.0, 0.0]\nupper = [6.0, 0.0, 8.0]\nradius = 0.4\n\
+                 radius_spread = 0.1\ndensity = 1.0\nseed = 2\n";
+    let rests = "stop_when = { kinetic_energy_per_grain_below = 1e-6, after = 1.0 }";
+    let settle = BED.replace("WHEN", rests).replace("GRAINS", group).replace("STATE", "");
+    let settle = folder.write("settle.toml", &settle);
+    run(&settle, &folder.join("a"), &[]);
+    let file = "[[grain_files]]\nfile = \"a/grains.csv\"\n";
+    let on = BED.replace("WHEN", "").replace("GRAINS", file).replace("STATE", "initial_state = \"a\"");
+    let on = folder.write("on.toml", &on);
+    run(&on, &folder.join("b"), &["--until", "1"]);
+
+    let rows = std::fs::read(folder.join("b").join("series.csv")).expect("rows");
+    let (scene, out) = (on.to_str().expect("UTF-8"), folder.join("b"));
+    let out = out.to_str().expect("UTF-8");
+    let nothing = "dem.initial_state=\"nowhere\"";
+    let checked = bedload(&["check", scene, "--set", nothing]);
+    assert!(
+        checked.status.code() == Some(2) && said(&checked).contains("dem.initial_state"),
+        "{}",
+        said(&checked)
+    );
+    let again = bedload(&["run", scene, "--until", "1", "--out", out, "--overwrite", "--set", nothing]);
+    assert_eq!(again.status.code(), Some(2), "{}", said(&again));
+    assert!(
+        std::fs::read(folder.join("b").join("series.csv")).is_ok_and(|now| now == rows),
+        "the run is gone"
+    );
+}
+
+/// A scene whose grains move otherwise than the state that it starts from would give the fluid another start
+/// than the grains.
+#[test]
+fn a_motion_that_is_not_that_of_the_state_is_refused() {
+    let folder = Folder::new("other-motion");
+    run(&folder.write("first.toml", &first()), &folder.join("a"), &["--until", "0.5"]);
+    let table = std::fs::read_to_string(folder.join("a").join("grains.csv")).expect("a table");
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for line in table.lines().filter(|line| !line.starts_with('#')) {
+        rows.push(line.split(',').map(str::to_owned).collect());
+    }
+    let column = rows[0].iter().position(|name| name == "vz").expect("a column");
+    rows[1][column] = "-0.25".to_owned();
+    let text: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    folder.write("moved.csv", &text.join("\n"));
+    let scene = folder.write("second.toml", &second().replace("a/grains.csv", "moved.csv"));
+    let output = bedload(&["check", scene.to_str().expect("UTF-8")]);
+    assert!(output.status.code() == Some(2) && said(&output).contains("velocity"), "{}", said(&output));
+}

@@ -1,7 +1,7 @@
 //! Values that change over time, in a coupled run: the same bits after a resume and in a replay, and columns
 //! that say what they were.
 
-use tests::harness::{Folder, bedload, said};
+use tests::harness::{Folder, bedload, metric, said};
 
 const SCENE: &str = r#"
 until = 0.5
@@ -100,4 +100,28 @@ fn a_run_goes_on_and_replays_in_the_same_bits() {
     assert_eq!((of("velocity_z[1]"), of("prescribed_velocity_z[1]")), (-0.2, -0.2));
     assert!((of("spin_y[1]") - (std::f64::consts::TAU * 0.5).sin()).abs() < 1e-12);
     assert!(of("velocity_x[0]").abs() > 1e-3, "gravity and the flow take the free one along");
+}
+
+/// A lid and a body force that are switched on at once, in steps that the program takes by itself, with both
+/// schemes: Crank–Nicolson keeps nothing of the jump. After two diffusion times the flow is steady.
+#[test]
+fn a_flow_that_is_set_in_motion_at_once_becomes_steady() {
+    let folder = Folder::new("set-in-motion");
+    let scene = folder.write(
+        "couette.toml",
+        "until = 0.2\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\ncells = [8, 32]\n\
+         boundary = { x = \"periodic\", z_lower = \"no-slip\", z_upper = { type = \"no-slip\", \
+         velocity = [1.0, 0.0, 0.0] } }\n[medium]\ndensity = 1.0\nviscosity = 10.0\n\
+         body_force = [4.0, 0.0, 0.0]\n[observe]\ntotals = { columns = [\"wall-force\"] }\n\
+         [[metrics]]\nname = \"lid\"\nkind = \"final\"\ncolumn = \"wall_force_z_upper_x\"\n",
+    );
+    for scheme in ["ab2", "rk3"] {
+        let (out, set) = (folder.join(scheme), format!("fluid.time.scheme=\"{scheme}\""));
+        let [scene, to] = [&scene, &out].map(|path| path.to_str().expect("UTF-8"));
+        let output = bedload(&["run", scene, "--out", to, "--set", &set]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        // −μ U/H of the lid, and half of the body force.
+        let lid = metric(&out, "lid");
+        assert!((lid + 8.0).abs() < 1e-3, "{scheme}: {lid}");
+    }
 }

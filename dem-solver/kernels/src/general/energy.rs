@@ -7,7 +7,8 @@
 //! - Dashpots: −F_d·v over both halves of each kick, v the mean of the velocities before and after it: the
 //!   work that they really did in the discrete motion.
 //! - Sliding: the slip Δp that cutting the spring back takes from it, times the mean of the spring's force
-//!   before and after, ½ k_t (δ + δ′)·Δp.
+//!   before and after, ½ k_t (δ + δ′)·Δp, and the work of the tangential dashpot meanwhile: the cut leaves a
+//!   spring that bears what the dashpot does not, so that only their sum is that of the friction.
 //! - A contact that ends: F_n reaches zero before the overlap does, and the normal spring then gives what
 //!   is left to its own dashpot; what is left in the tangential spring counts as sliding. Half of the last
 //!   step's part is in the kicks already, hence ½ k δ δ′ with the values before and after it.
@@ -53,6 +54,8 @@ struct Dashpots {
     along: f64,
     /// Force on it in the contact plane, N.
     across: Vec3,
+    /// Whether the contact slides.
+    slides: bool,
 }
 
 /// The account of a run.
@@ -102,6 +105,7 @@ impl Account {
             arms: frame.arms,
             along: (force - tangential).dot(&normal) + k_n * gap,
             across: tangential + entry.spring * k_t,
+            slides: cut.norm_squared() > 1e-24 * entry.spring.norm_squared(),
         });
     }
 
@@ -118,7 +122,8 @@ impl Account {
                 let relative = dashpots.partners.relative(velocity, spin);
                 let slip = relative.slip(&dashpots.normal, dashpots.arms);
                 self.lost.normal -= 0.5 * h * dashpots.along * relative.velocity.dot(&dashpots.normal);
-                self.lost.tangential -= 0.5 * h * dashpots.across.dot(&slip);
+                let across = 0.5 * h * dashpots.across.dot(&slip);
+                *(if dashpots.slides { &mut self.lost.sliding } else { &mut self.lost.tangential }) -= across;
             }
         }
     }

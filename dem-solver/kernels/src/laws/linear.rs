@@ -187,17 +187,19 @@ impl LinearSpringDashpot {
     }
 
     /// Coefficients per unit effective mass (eqs 17, 18 with m* = 1, or the exact form) for the
-    /// contact time, or for one second where the stiffness is given.
+    /// contact time, or for one second where the stiffness is given. Without friction nothing holds along the
+    /// tangent, and no spring is kept there.
     #[must_use]
     pub fn pair(&self) -> LinearPair {
         let (omega, decay) = self.oscillation(self.contact_time.unwrap_or(1.0));
         let stiffness = omega * omega + decay * decay;
         let damping = 2.0 * decay;
+        let held = if self.friction > 0.0 { 1.0 } else { 0.0 };
         LinearPair {
             stiffness,
             damping,
-            tangential_stiffness: self.stiffness_ratio * stiffness,
-            tangential_damping: self.damping_ratio * damping,
+            tangential_stiffness: held * self.stiffness_ratio * stiffness,
+            tangential_damping: held * self.damping_ratio * damping,
             friction: self.friction,
         }
     }

@@ -65,11 +65,18 @@ impl Pass<'_> {
                     push = rows_plus(slid, [rate; 4], push);
                 }
             }
-            let one = [L::splat(token, 1.0); 4];
-            let first = rows_plus(push, one, pairs(token, &rows.push, &pack.i));
-            write_pairs(first, &mut rows.push, &pack.i);
-            let second = rows_from(push, one, pairs(token, &rows.push, &pack.j));
-            write_pairs(second, &mut rows.push, &pack.j);
+            // Lane after lane: films of a pack may share what does not move.
+            let mut forces = [[0.0; 8]; 4];
+            store_all(push, &mut forces);
+            for (lane, (pair, from)) in PAIR.into_iter().enumerate() {
+                let (i, j) = (pack.i[lane] as usize, pack.j[lane] as usize);
+                for c in 0..4 {
+                    rows.push[i][c] += forces[pair][from + c];
+                }
+                for c in 0..4 {
+                    rows.push[j][c] -= forces[pair][from + c];
+                }
+            }
         }
     }
 }

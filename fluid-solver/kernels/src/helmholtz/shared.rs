@@ -4,7 +4,7 @@ use super::block_columns::{BlockColumns, Modes};
 use super::block_sweep::GROUP;
 use super::edges::Sent;
 use super::space_columns::{Memory, Solve, SpaceColumns, mean};
-use rayon::prelude::*;
+use crate::threads::share;
 use std::ops::Range;
 
 /// The lines of modes that rank `rank` of `size` owns, of `lines`.
@@ -26,8 +26,11 @@ fn for_shares(
         rest = after;
         (share, part)
     };
-    let parts: Vec<_> = shares.iter_mut().map(cut).collect();
-    parts.into_par_iter().with_max_len(1).for_each(|(share, part)| task(share, part));
+    let mut parts: Vec<_> = shares.iter_mut().map(cut).collect();
+    let count = parts.len();
+    share(&mut parts[..], 0..count, 1, &|_, parts| {
+        parts.iter_mut().for_each(|(share, part)| task(share, part));
+    });
 }
 
 impl SpaceColumns {

@@ -9,8 +9,8 @@ use super::tiles::{LoadRows, StoreRows};
 use super::unknown::Unknown;
 use crate::grid::Grid;
 use crate::lanes::{Lanes, ZERO, aligned, dispatch};
+use crate::threads::{Chunks, share};
 use crate::transform::{Direction, Rows, RowsMut, Scratch, Transform, Write};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Solver for a grid of three axes.
@@ -177,20 +177,11 @@ impl Space {
             self.parts = recycle(parts);
             return;
         }
-        let solve = |(share, part): (usize, (&mut [&mut [f64]], &mut Memory))| {
-            columns.solve(split.share(share, part));
-        };
-        let shares = parts.chunks_exact_mut(count).zip(&mut self.memory).enumerate();
-        if shares.len() > 1 {
-            parts
-                .par_chunks_exact_mut(count)
-                .zip(&mut self.memory)
-                .enumerate()
-                .with_max_len(1)
-                .for_each(solve);
-        } else {
-            shares.for_each(solve);
-        }
+        let cut = (Chunks { fields: [&mut parts[..]], size: count }, &mut self.memory[..shares]);
+        share(cut, 0..shares, 1, &|numbers, (Chunks { fields: [planes], .. }, memory)| {
+            let cut = numbers.zip(planes.chunks_exact_mut(count)).zip(memory);
+            cut.for_each(|((number, planes), memory)| columns.solve(split.share(number, (planes, memory))));
+        });
         self.parts = recycle(parts);
     }
 }

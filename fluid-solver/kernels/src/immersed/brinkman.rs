@@ -20,12 +20,12 @@ use super::component::{Placed, Rule};
 use super::layer_sums::{bits_of, words};
 use super::mask_model::MaskModel;
 use super::transport::wrap;
-use crate::field::by_layers;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
 use crate::lanes::{Kernel, dispatch};
 use crate::stencil::Stencil;
+use crate::threads::by_layers;
 use crate::vector::Real;
 use pulp::Simd;
 

@@ -13,9 +13,9 @@ use super::mask_model::MaskModel;
 use super::transport::rows::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch, lanes_at, lanes_at_mut};
+use crate::threads::{Chunks, share};
 use crate::vector::Real;
 use pulp::Simd;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Cells below which a second thread costs more than it brings.
@@ -217,16 +217,13 @@ impl<const D: usize> Component<D> {
         let own = placed.grid.division.own();
         let Self { layers, lab, moments, .. } = self;
         let (grains, cache, entries) = layers.shared(placed.grid, layers_each);
-        let one = |(t, (workspace, cache)): (usize, (&mut Workspace, &mut [Layer]))| {
-            let first = own.start + t * layers_each;
+        let count = workspaces.len();
+        let parts = (&mut *workspaces, Chunks { fields: [cache], size: entries });
+        share(parts, 0..count, 1, &|part, (workspaces, Chunks { fields: [cache], .. })| {
+            let (first, workspace) = (own.start + part.start * layers_each, &mut workspaces[0]);
             let range = first..(first + layers_each).min(own.end);
             dispatch(Integrate { placed, grains, cache, lab: *lab, range, workspace, fields, integrand });
-        };
-        if workspaces.len() > 1 {
-            workspaces.par_iter_mut().zip(cache.par_chunks_mut(entries)).enumerate().for_each(one);
-        } else {
-            workspaces.iter_mut().zip(cache.chunks_mut(entries)).enumerate().for_each(one);
-        }
+        });
         moments.fill(Moments::default());
         let parts = workspaces.iter().flat_map(|workspace| &workspace.moments);
         let ranks = placed.grid.division.ranks();
@@ -262,28 +259,32 @@ impl<const D: usize> Component<D> {
         let (begin, size) = (first(grid, own.start), grid.stride(D - 1));
         let words_each = forced.len() / grid.cells[D - 1];
         let forced = &mut forced[own.start * words_each..own.end * words_each];
-        let mut fields = fields.map(|field| field[begin..begin + n * size].chunks_mut(layers_each * size));
-        let parts = workspaces
-            .iter_mut()
-            .zip(cache.chunks_mut(entries))
-            .zip(forced.chunks_mut(layers_each * words_each));
-        let parts = parts.enumerate().map(|(t, ((workspace, cache), forced))| Change {
-            placed,
-            grains,
-            cache,
-            lab: *lab,
-            first: own.start + t * layers_each,
-            layer_sums: &mut workspace.layer_sums,
-            forced,
-            words_each,
-            fields: fields.each_mut().map(|chunks| chunks.next().expect("as many as workspaces")),
-            rule,
+        let fields = fields.map(|field| &mut field[begin..begin + n * size]);
+        let count = workspaces.len();
+        let parts = (
+            (&mut *workspaces, Chunks { fields: [cache], size: entries }),
+            (
+                Chunks { fields: [forced], size: layers_each * words_each },
+                Chunks { fields, size: layers_each * size },
+            ),
+        );
+        share(parts, 0..count, 1, &|part, ((workspaces, cache), (forced, fields))| {
+            let ([cache], [forced]) = (cache.fields, forced.fields);
+            let (first, layer_sums) = (own.start + part.start * layers_each, &mut workspaces[0].layer_sums);
+            let (lab, fields) = (*lab, fields.fields);
+            dispatch(Change {
+                placed,
+                grains,
+                cache,
+                lab,
+                first,
+                layer_sums,
+                forced,
+                words_each,
+                fields,
+                rule,
+            });
         });
-        if layers_each < n {
-            parts.par_bridge().for_each(dispatch);
-        } else {
-            parts.for_each(dispatch);
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Immersed;
 use super::layer_sums::{first, words};
 use crate::grid::Grid;
-use rayon::prelude::*;
+use crate::threads::share;
 
 /// Values at the [`Places`], by component.
 pub type Values<const D: usize> = [Vec<f64>; D];
@@ -97,21 +97,23 @@ impl<const D: usize> Places<D> {
 
     /// `out` ← the fields' values here.
     pub fn gather(&self, fields: &[Vec<f64>; D], out: &mut Values<D>) {
-        let fewest = fewest(out);
-        let each = self.begins.par_iter().zip(fields).zip(out);
-        each.with_min_len(fewest).for_each(|((begins, field), out)| {
-            out.clear();
-            begins.iter().for_each(|begin| out.extend_from_slice(&field[*begin..*begin + 8]));
+        let most = fewest(out);
+        share(&mut out[..], 0..D, most, &|components, out| {
+            for (d, out) in components.zip(out) {
+                out.clear();
+                self.begins[d].iter().for_each(|begin| out.extend_from_slice(&fields[d][*begin..*begin + 8]));
+            }
         });
     }
 
     /// Writes values into the fields; those that are missing at the end are zero.
     pub fn scatter(&self, values: &Values<D>, fields: &mut [Vec<f64>; D]) {
-        let each = self.begins.par_iter().zip(fields).zip(values);
-        each.with_min_len(fewest(values)).for_each(|((begins, field), values)| {
-            let (mut groups, zero) = (values.chunks_exact(8), [0.0; 8]);
-            for begin in begins {
-                field[*begin..*begin + 8].copy_from_slice(groups.next().unwrap_or(&zero[..]));
+        share(&mut fields[..], 0..D, fewest(values), &|components, fields| {
+            for (d, field) in components.zip(fields) {
+                let (mut groups, zero) = (values[d].chunks_exact(8), [0.0; 8]);
+                for begin in &self.begins[d] {
+                    field[*begin..*begin + 8].copy_from_slice(groups.next().unwrap_or(&zero[..]));
+                }
             }
         });
     }

@@ -23,8 +23,8 @@ use super::body::{Motion, Shape, along_axes};
 use super::mask_model::{Mask, MaskModel};
 use crate::grid::{Geometry, Grid};
 use crate::lanes::{Kernel, dispatch};
+use crate::threads::{Chunks, most, share};
 use pulp::Simd;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
@@ -111,14 +111,14 @@ impl<const D: usize> Pores<D> {
         if !self.cells.is_empty() {
             self.sort(geometry, motions, shapes);
             let mut fractions = std::mem::take(&mut self.fractions);
-            let each = |(part, fractions): (usize, &mut [f64])| {
-                dispatch(Fractions { pores: self, shapes, first: part * TOGETHER, fractions });
-            };
-            if rayon::current_num_threads() > 1 {
-                fractions.par_chunks_mut(TOGETHER).enumerate().for_each(each);
-            } else {
-                fractions.chunks_mut(TOGETHER).enumerate().for_each(each);
-            }
+            let parts = fractions.len().div_ceil(TOGETHER);
+            let most = most(parts, rayon::current_num_threads());
+            let chunks = Chunks { fields: [&mut fractions[..]], size: TOGETHER };
+            share(chunks, 0..parts, most, &|parts, chunks| {
+                chunks.each(parts, &|part, [fractions]| {
+                    dispatch(Fractions { pores: self, shapes, first: part * TOGETHER, fractions });
+                });
+            });
             self.fractions = fractions;
         }
         for (grain, shape) in shapes.iter_mut().enumerate() {

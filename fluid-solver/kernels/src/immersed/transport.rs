@@ -21,13 +21,12 @@ use super::component::{Component, Placed, Workspace};
 use super::layer::{Layer, Part, Span};
 use super::layer_sums::{bits_of, first as place_of, words};
 use super::piece::PIECES;
-use crate::field::by_layers;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, ZERO, dispatch, lanes_at_mut};
+use crate::threads::{Chunks, by_layers, share};
 use interpolation::{POINTS, Weights};
 use pulp::Simd;
-use rayon::prelude::*;
 use rows::{Ring, Rows};
 use std::ops::Range;
 use sums::{Sums, lane_count};
@@ -266,26 +265,21 @@ impl<const D: usize> Component<D> {
         let own = grid.division.own();
         let (n, size) = (own.len(), grid.stride(D - 1));
         let begin = place_of(grid, own.start);
-        let to = to[begin..begin + n * size].chunks_mut(layers_each * size);
-        let parts = workspaces.iter_mut().zip(cache.chunks_mut(entries));
-        let marks = next[own.start * words_each..own.end * words_each].chunks_mut(layers_each * words_each);
-        let parts = parts.zip(to).zip(marks).enumerate();
-        let along = parts.map(|(t, (((workspace, cache), to), forced))| Advect {
-            path,
-            placed,
-            grains,
-            cache,
-            first: own.start + t * layers_each,
-            workspace,
-            forced,
-            words_each,
-            to,
+        let (to, forced) =
+            (&mut to[begin..begin + n * size], &mut next[own.start * words_each..own.end * words_each]);
+        let count = workspaces.len();
+        let parts = (
+            (&mut *workspaces, Chunks { fields: [cache], size: entries }),
+            (
+                Chunks { fields: [forced], size: layers_each * words_each },
+                Chunks { fields: [to], size: layers_each * size },
+            ),
+        );
+        share(parts, 0..count, 1, &|part, ((workspaces, cache), (forced, to))| {
+            let ([cache], [forced], [to]) = (cache.fields, forced.fields, to.fields);
+            let (first, workspace) = (own.start + part.start * layers_each, &mut workspaces[0]);
+            dispatch(Advect { path, placed, grains, cache, first, workspace, forced, words_each, to });
         });
-        if layers_each < n {
-            along.par_bridge().for_each(dispatch);
-        } else {
-            along.for_each(dispatch);
-        }
         self.change_forced(grid, [&mut *from, &mut *mask], |force, mask| (*force, *mask) = (ZERO, ZERO));
         self.change_pads(grid, [from, mask], |field, row| {
             field[row + end..row + end + BEYOND].fill(0.0);

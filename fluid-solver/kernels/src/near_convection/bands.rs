@@ -5,8 +5,8 @@ use crate::immersed::body::along_axes;
 use crate::immersed::mask_model::ROUND;
 use crate::immersed::nodes::Nodes;
 use crate::lanes::{Kernel, dispatch};
+use crate::threads::{Chunks, share};
 use pulp::Simd;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Cells from the surface of a grain within which the weight is 1, and beyond which it is 0.
@@ -231,17 +231,16 @@ impl<const D: usize> Bands<D> {
         let Self { nodes, wanted, cells, reach, .. } = self;
         let (count, threads) = (wanted.len(), rayon::current_num_threads());
         let most = if D == 3 && threads > 1 { count.div_ceil(2 * threads) } else { count };
-        let each = |(part, (cells, reach)): (usize, (&mut [u16], &mut [[u32; 2]]))| {
-            let planes = part * most..count.min((part + 1) * most);
-            dispatch(Weigh { grid, nodes, wanted, grains, planes, cells, reach });
-        };
         let rows_each = if D == 3 { rows * most } else { reach.len() };
-        if most < count {
-            let parts = cells.par_chunks_mut(rows_each * n).zip(reach.par_chunks_mut(rows_each));
-            parts.enumerate().for_each(each);
-        } else {
-            each((0, (cells, reach)));
-        }
+        let parts = (
+            Chunks { fields: [&mut cells[..]], size: rows_each * n },
+            Chunks { fields: [&mut reach[..]], size: rows_each },
+        );
+        share(parts, 0..count.div_ceil(most.max(1)), 1, &|part, (cells, reach)| {
+            let ([cells], [reach], first) = (cells.fields, reach.fields, part.start * most);
+            let planes = first..count.min(first + most);
+            dispatch(Weigh { grid, nodes, wanted, grains, planes, cells, reach });
+        });
         self.cut(n, rows);
     }
 

@@ -10,8 +10,8 @@ use crate::ghosts::{Side, Wanted};
 use crate::helmholtz::space::Space;
 use crate::lanes::dispatch;
 use crate::stages::PressureUpdate;
+use crate::threads::share;
 use crate::transform::Direction;
-use rayon::prelude::*;
 
 /// What all sweeps of a stage share.
 #[derive(Clone, Copy)]
@@ -401,9 +401,7 @@ fn each_private(
     task: impl Fn(std::ops::Range<usize>, &mut Private) + Sync,
 ) {
     let slabs = privates.len();
-    if slabs == 1 {
-        return task(planes(shape, 0, 1), &mut privates[0]);
-    }
-    let one = |(s, private)| task(planes(shape, s, slabs), private);
-    privates.par_iter_mut().enumerate().with_max_len(1).for_each(one);
+    share(privates, 0..slabs, 1, &|slab, privates| {
+        task(planes(shape, slab.start, slabs), &mut privates[0]);
+    });
 }

@@ -20,7 +20,7 @@ use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::immersed::places::{Places, Values, fewest};
 use crate::methods::grains::Grains;
 use crate::step::Stepper;
-use rayon::prelude::*;
+use crate::threads::share;
 
 /// Residual at which the solve ends, over that at its start: what the fluid takes is within 0.2 % of what it
 /// is at a tenth of it, for half as many projections.
@@ -200,11 +200,13 @@ fn change<const D: usize, const N: usize>(
     from: [&Values<D>; N],
     with: impl Fn(&mut f64, [f64; N]) + Sync,
 ) {
-    let fewest = fewest(to);
-    to.par_iter_mut().enumerate().with_min_len(fewest).for_each(|(d, to)| {
-        let from = from.map(|values| &values[d][..to.len()]);
-        for (k, to) in to.iter_mut().enumerate() {
-            with(to, from.map(|values| values[k]));
+    let most = fewest(to);
+    share(&mut to[..], 0..D, most, &|components, to| {
+        for (d, to) in components.zip(to) {
+            let from = from.map(|values| &values[d][..to.len()]);
+            for (k, to) in to.iter_mut().enumerate() {
+                with(to, from.map(|values| values[k]));
+            }
         }
     });
 }
@@ -224,9 +226,11 @@ fn add<const D: usize>(to: &mut Values<D>, factor: f64, from: &Values<D>) {
 fn product<const D: usize>(grid: &Grid<D>, weight: &Values<D>, a: &Values<D>, b: &Values<D>) -> f64 {
     let mut sums = [0.0; D];
     grid.division.ranks().relay(&mut sums, |sums| {
-        let each = sums.par_iter_mut().zip(weight).zip(a).zip(b).with_min_len(fewest(weight));
-        each.for_each(|(((sum, weight), a), b)| {
-            weight.iter().zip(a).zip(b).for_each(|((weight, a), b)| *sum += weight * a * b);
+        share(sums, 0..D, fewest(weight), &|components, sums| {
+            for (d, sum) in components.zip(sums) {
+                let values = weight[d].iter().zip(&a[d]).zip(&b[d]);
+                values.for_each(|((weight, a), b)| *sum += weight * a * b);
+            }
         });
     });
     sums.iter().sum()

@@ -126,10 +126,18 @@ impl<const D: usize> BodyPoints<D> {
         dt: f64,
         velocity: &[Vec<f64>; D],
     ) -> &[Wrench] {
-        let Self { stencils, velocities, .. } = self;
-        for ((values, stencils), field) in velocities.iter_mut().zip(stencils).zip(velocity) {
-            for (value, stencil) in values.iter_mut().zip(stencils) {
-                *value = stencil.interpolate(field);
+        let Self { ranges, arms, stencils, velocities, .. } = self;
+        for (d, ((values, stencils), field)) in velocities.iter_mut().zip(stencils).zip(velocity).enumerate()
+        {
+            for (range, motion) in ranges.iter().zip(motions) {
+                for i in range.clone() {
+                    // Beyond an open face the fluid of the body goes along with it.
+                    values[i] = if stencils[i].is_out() {
+                        Plane::<D>::of(motion).at(d, arms[i])
+                    } else {
+                        stencils[i].interpolate(field)
+                    };
+                }
             }
         }
         for (grain, motion) in motions.iter().enumerate() {

@@ -206,3 +206,48 @@ fn a_neutral_grain_goes_out_with_the_stream() {
         }
     }
 }
+
+/// A heavy disc that a channel's flow takes along and out, with both methods: as its points leave one after
+/// the other, no window pushes it hard. At this step the points that had left pushed on the last cells until
+/// the run ended.
+#[test]
+fn nothing_pushes_a_heavy_disc_that_goes_out() {
+    for method in ["calibrated", "fictitious-domain"] {
+        let mut run = Run::new(&format!(
+            "until = 3.0
+            [domain]
+            geometry = \"plane\"
+            lower = [0.0, 0.0]
+            upper = [6.0, 3.0]
+            cells = [72, 36]
+            [domain.boundary]
+            x_lower = {{ type = \"inflow\", velocity = [1.0, 0.0, 0.0], profile = \"parabolic\" }}
+            x_upper = \"outflow\"
+            z = \"no-slip\"
+            [medium]
+            density = 1.0
+            viscosity = 0.05
+            initial = {{ type = \"uniform\", velocity = [1.0, 0.0, 0.0] }}
+            [[grains]]
+            position = [5.0, 0.0, 1.5]
+            radius = 0.4
+            density = 1.5
+            [fluid]
+            method = \"{method}\"
+            time = {{ dt = 0.0078125 }}
+            "
+        ));
+        // The stream meets it at once.
+        run.windows(20);
+        let mut largest = 0.0_f64;
+        for _ in 20..256 {
+            let before = run.newton.motions[0].velocity[0];
+            run.windows(1);
+            largest = largest.max((run.newton.motions[0].velocity[0] - before).abs());
+        }
+        let motion = run.newton.motions[0];
+        println!("{method}: {largest:.4} m/s in a window, {:.4} m/s at last", motion.velocity[0]);
+        assert!(motion.position[0] > 6.4 && (motion.velocity[0] - 0.9).abs() < 0.1, "{method}: {motion:?}");
+        assert!(largest < 0.03, "{method}: {largest}");
+    }
+}

@@ -19,7 +19,7 @@ pub enum Accumulator {
     Mean {
         /// Start, s.
         from: f64,
-        /// Time averaged over so far, s.
+        /// Time averaged over so far, s; −∞ where the run went on from later than the start.
         time: f64,
         /// Integral over that time.
         integral: f64,
@@ -108,7 +108,7 @@ impl Accumulator {
             }
             Self::Line(line) => line.add(sample.time(), sample.window.dt, value),
             Self::Last(last) => *last = Some(value),
-            Self::Largest { from, value: largest } if sample.time() > *from => {
+            Self::Largest { from, value: largest } if sample.time() >= *from => {
                 *largest = Some(largest.map_or(value, |kept| kept.max(value)));
             }
             Self::Passages(passages) => passages.add(sample.time(), value),
@@ -129,6 +129,10 @@ impl Accumulator {
     /// The number it stands for, or why there is none.
     pub(super) fn value(&self) -> Result<f64, String> {
         match self {
+            Self::Mean { from, time, .. } if *time == f64::NEG_INFINITY => Err(format!(
+                "the run was resumed with another end after t = {from} s, where its mean begins: run it on to a \
+                 later end, or as a whole"
+            )),
             Self::Mean { from, time, .. } if *time <= 0.0 => {
                 Err(format!("the run ended before t = {from} s, where its mean begins"))
             }

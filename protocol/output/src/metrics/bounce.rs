@@ -11,6 +11,9 @@ use crate::sample::{Sample, When};
 /// Part of the run, at its end, over which "terminal" and "resting" are averaged.
 const TAIL: f64 = 0.1;
 
+/// Why there is no height of a rebound.
+const RISES: &str = "the run ends on the way up: end it later";
+
 /// A mean speed below this part of the largest before the first touch is no terminal speed: the grain rests.
 const RESTS: f64 = 1e-3;
 
@@ -89,15 +92,18 @@ pub(super) fn rule(scene: &CheckedScene, kind: &MetricKind) -> Option<Rule> {
         ),
         MetricKind::ReboundHeight(_) => of_way(move |way| {
             require_contact(way)?;
+            require(!way.rises(1, way.first_height), RISES)?;
             plain(way.first_height / diameter)
         }),
         MetricKind::SecondReboundHeight(_) => of_way(move |way| {
             require(way.contacts >= 2, "there was no second contact")?;
+            require(!way.rises(2, way.second_height), RISES)?;
             plain(way.second_height / diameter)
         }),
-        MetricKind::ReboundRiseTime(_) => {
-            of_way(move |way| after_touch(way, way.first_top, "there was no rebound"))
-        }
+        MetricKind::ReboundRiseTime(_) => of_way(move |way| {
+            require(!way.rises(1, way.first_height), RISES)?;
+            after_touch(way, way.first_top, "there was no rebound")
+        }),
         MetricKind::ReboundDuration(_) => {
             of_way(move |way| after_touch(way, way.second_touch, "there was no second contact"))
         }

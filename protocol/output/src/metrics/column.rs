@@ -48,7 +48,8 @@ pub(super) fn rule(
     let misfit = matches!(kind, MetricKind::HaffMisfit(_));
     let unit = match kind {
         MetricKind::Frequency { .. } => "1/s",
-        MetricKind::HaffTime(_) | MetricKind::HaffMisfit(_) => "s",
+        MetricKind::HaffTime(_) => "s",
+        MetricKind::HaffMisfit(_) => "-",
         _ => unit,
     };
     Ok(Rule::new(

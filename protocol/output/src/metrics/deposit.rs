@@ -125,14 +125,18 @@ impl Heap {
         Surface::new(places.iter().map(|p| (self.middle(*p) / half_length, self.top[*p] / half_length)))
     }
 
-    /// The profile as CSV, also in units of the column's half-length.
-    pub(super) fn table(&self, half_length: f64) -> String {
-        let mut text = String::from("x,height,x_over_half_length,height_over_half_length\n");
+    /// The profile as CSV, also in units of the half-length of a column, m, where it was one.
+    pub(super) fn table(&self, half_length: Option<f64>) -> String {
+        let mut text = String::from("x,height");
+        text.push_str(half_length.map_or("", |_| ",x_over_half_length,height_over_half_length"));
         for place in 0..self.top.len() {
             let (x, top) = (self.middle(place), self.top[place]);
-            let _ = writeln!(text, "{x},{top},{},{}", x / half_length, top / half_length);
+            let _ = write!(text, "\n{x},{top}");
+            if let Some(length) = half_length {
+                let _ = write!(text, ",{},{}", x / length, top / length);
+            }
         }
-        text
+        text + "\n"
     }
 }
 
@@ -225,7 +229,7 @@ mod tests {
         let one_sided: Vec<[f64; 3]> = grains.into_iter().filter(|[x, ..]| *x >= 0.0).collect();
         assert_eq!(Heap::new(&one_sided, 1.5).half_length(), Some(10.5));
         assert_eq!(Heap::new(&[], 1.5).half_length(), None);
-        assert!(heap.table(5.0).lines().count() > 13);
+        assert!(heap.table(Some(5.0)).lines().count() > 13);
     }
 
     #[test]

@@ -39,16 +39,14 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
         }
         _ => Rule::unknown(),
     };
-    Ok(rule.leaving("deposit.csv", move |last| Some(heap(last, &column).table(column.half_length))))
+    Ok(rule.leaving("deposit.csv", move |last| Some(heap(last, &column).table(Some(column.half_length)))))
 }
 
 /// The rule of the slope of a heap.
 pub(super) fn slope(HeapSlope { centre, bin, between }: HeapSlope) -> Rule {
     let heap = move |last: &LastState| heap(last, &Column { bin, ..Column::at_rest(1.0, centre) });
-    Rule::of_last(move |last| heap(last).angle(between)).leaving("heap.csv", move |last| {
-        let heap = heap(last);
-        Some(heap.table(heap.height()))
-    })
+    Rule::of_last(move |last| heap(last).angle(between))
+        .leaving("heap.csv", move |last| Some(heap(last).table(None)))
 }
 
 /// A rule about a column as it is let go.

@@ -99,12 +99,12 @@ impl Metrics {
         &self.state
     }
 
-    /// Goes on from a checkpoint. A mean over the end of the run starts anew where `until` has
-    /// changed since.
+    /// Goes on from a checkpoint at time `reached`, s. A mean over the end of the run starts anew where
+    /// `until` has changed since; there is none where it should have begun before.
     ///
     /// # Errors
     /// If the state is of other metrics.
-    pub fn restore(&mut self, state: MetricsState) -> Result<(), String> {
+    pub fn restore(&mut self, state: MetricsState, reached: f64) -> Result<(), String> {
         let fits = state.trajectories.len() == self.state.trajectories.len()
             && state.accumulators.len() == self.state.accumulators.len()
             && state
@@ -117,11 +117,12 @@ impl Metrics {
         }
         let fresh = std::mem::replace(&mut self.state, state);
         for (kept, fresh) in self.state.accumulators.iter_mut().zip(fresh.accumulators) {
-            if let (Accumulator::Mean { from: old, .. }, Accumulator::Mean { from: new, .. }) =
-                (&*kept, &fresh)
-                && old != new
+            if let (Accumulator::Mean { from, time, integral, .. }, Accumulator::Mean { from: new, .. }) =
+                (kept, fresh)
+                && *from != new
             {
-                *kept = fresh;
+                (*from, *integral) = (new, 0.0);
+                *time = if reached > new { f64::NEG_INFINITY } else { 0.0 };
             }
         }
         Ok(())

@@ -60,6 +60,11 @@ impl Trajectory {
         Self { speed, terminal: speed.max(0.0), ..Self::default() }
     }
 
+    /// Whether the grain still rises after contact number `contact`, whose largest gap is `height`, m.
+    pub(super) fn rises(&self, contact: u64, height: f64) -> bool {
+        self.contacts == contact && self.speed < 0.0 && self.gap == Some(height)
+    }
+
     /// Adds a window. A contact begins where the DEM reports an impact speed or, with a DEM that
     /// does not, where a contact force appears.
     pub(super) fn record(&mut self, passage: &Passage) {

@@ -324,7 +324,7 @@ fn a_resumed_run_measures_the_same_bits() {
         let state: MetricsState = serde_json::from_str(&json).expect("state from JSON");
         let mut second = Watch::new(&scene, 1.0);
         second.step = cut as u64;
-        second.metrics.restore(state).expect("the same metrics");
+        second.metrics.restore(state, 0.0).expect("the same metrics");
         feed(&mut second, &WAY[cut..]);
         assert_eq!(second.metrics.finish(), whole.metrics.finish(), "cut at {cut}");
     }
@@ -347,7 +347,10 @@ fn a_stationary_mean_has_its_standard_error_beside_it() {
             let json = serde_json::to_string(second.metrics.state()).expect("state to JSON");
             let mut resumed = Watch::new(&scene, 0.1);
             resumed.step = second.step;
-            resumed.metrics.restore(serde_json::from_str(&json).expect("state")).expect("the same metrics");
+            resumed
+                .metrics
+                .restore(serde_json::from_str(&json).expect("state"), 0.0)
+                .expect("the same metrics");
             second = resumed;
         }
     }
@@ -360,9 +363,38 @@ fn a_stationary_mean_has_its_standard_error_beside_it() {
     assert!(all.value.is_some_and(|all| all < -2.02) && all.standard_error.is_none(), "{all:?}");
 }
 
+/// A rebound that the run does not see to its top has no height.
+#[test]
+fn a_run_that_ends_on_the_way_up_knows_no_height() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    feed(&mut watch, &WAY[..6]);
+    assert!(watch.note("height").contains("on the way up"), "{}", watch.note("height"));
+    feed(&mut watch, &WAY[6..7]);
+    assert_eq!(watch.value("height"), 0.5 / 2.0);
+}
+
+/// The last tenth of a run of 10 s, which is resumed at 9.5 s to end at 10.5 s, begins at 9.45 s: before what
+/// is known. Resumed at 9 s it is known.
+#[test]
+fn the_last_part_of_a_run_that_was_made_longer_is_whole_or_not_there() {
+    let longer = sphere(BOUNCE).source.text.replace("until = 10.0", "until = 10.5");
+    let longer = crate::stage::scene(&longer);
+    let go_on = |parts: usize| {
+        let mut first = Watch::new(&sphere(BOUNCE), 0.5);
+        (0..parts).for_each(|_| first.feed(falling(-3.0, 1.0)));
+        let mut second = Watch::new(&longer, 0.5);
+        second.step = first.step;
+        second.metrics.restore(first.metrics.state().clone(), 0.5 * parts as f64).expect("the same");
+        (parts..21).for_each(|_| second.feed(falling(-3.0, 1.0)));
+        second
+    };
+    assert_eq!(go_on(18).value("terminal"), 3.0 * 2.0 / 0.5);
+    assert!(go_on(19).note("terminal").contains("resumed with another end"));
+}
+
 #[test]
 fn a_state_of_other_metrics_is_refused() {
     let other = Watch::new(&sphere(&COLUMNS.replace("flow_rate", "t")), 1.0);
     let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
-    assert!(watch.metrics.restore(other.metrics.state().clone()).is_err());
+    assert!(watch.metrics.restore(other.metrics.state().clone(), 0.0).is_err());
 }

@@ -66,6 +66,16 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
             "let the two corners agree along one axis and differ along the others (plane: differ along x or z \
              alone)",
         )?;
+        if let Some(axis) = wall.meets_itself(&scene.domain) {
+            return Err(source.error(
+                &key("upper"),
+                format!(
+                    "{upper:?} is a period of {} from lower: the last grains would lie on the images of the first",
+                    ["x", "y", "z"][axis]
+                ),
+                "end it a spacing before the face",
+            ));
+        }
     }
     Ok(())
 }
