@@ -42,20 +42,9 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
         return refuse(fault, "keep the rows of that run's grains.csv in the order of their ids");
     }
     if scene.scene.medium.is_some()
-        && let Some(i) = (0..expected).find(|&i| Vec3::from(state.position[i]) != dem.grains.position[i])
+        && let Some(fault) = other_start(dem, &state)
     {
-        return refuse(
-            format!("has grain {i} at another place than this scene, where the fluid starts with it"),
-            "take the grains from that run: [[grain_files]] with its grains.csv",
-        );
-    }
-    if scene.scene.medium.is_some()
-        && let Some(fault) = moved(dem, &state)
-    {
-        return refuse(
-            fault,
-            "take all that the grains do from that run: [[grain_files]] with its grains.csv",
-        );
+        return refuse(fault, "take the grains from that run: [[grain_files]] with its grains.csv");
     }
     (state.time, state.substeps, state.windows) = (0.0, 0, 0);
     state.rolling.truncate(state.contacts.len());
@@ -103,9 +92,15 @@ fn unpaired(scene: &CheckedScene, table: &Table) -> Option<String> {
     ))
 }
 
-/// A free grain that the scene, by which the fluid starts, lets move or lie in another way than the state.
-fn moved(dem: &Dem, state: &State) -> Option<String> {
+/// A grain that the scene, by which the fluid starts, has at another place than the state, or a free one that
+/// it lets move or lie in another way.
+fn other_start(dem: &Dem, state: &State) -> Option<String> {
     let g = &dem.grains;
+    if let Some(i) = (0..g.len()).find(|&i| Vec3::from(state.position[i]) != g.position[i]) {
+        return Some(format!(
+            "has grain {i} at another place than this scene, where the fluid starts with it"
+        ));
+    }
     let free = || (0..g.len()).filter(|i| g.motion[*i] == Motion::Free);
     for (what, unit, here, there) in
         [("velocity", "m/s", &g.velocity, &state.velocity), ("spin", "rad/s", &g.spin, &state.spin)]

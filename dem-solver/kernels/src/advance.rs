@@ -3,7 +3,7 @@
 use crate::bulk::engine::Bulk;
 use crate::bulk::window::Wanted;
 use crate::error::AdvanceError;
-use crate::general::bodies::BodyContacts;
+use crate::general::bodies::{BodyContacts, gap_between, gap_to_wall};
 use crate::general::engine::General;
 use crate::general::evaluation::Window;
 use crate::grains::Grains;
@@ -170,11 +170,7 @@ fn gaps_to_walls(
 ) {
     for (i, nearest) in observed.gap_end.iter_mut().enumerate() {
         for wall in around.walls.iter().filter(|wall| wall.acts(time)) {
-            let gap = match bodies.filter(|_| !grains.is_round(i)) {
-                Some(bodies) => bodies.gap_to_wall(grains, i, wall, time),
-                None => wall.gap(&grains.position[i], grains.radius[i], time),
-            };
-            *nearest = nearest.min(gap);
+            *nearest = nearest.min(gap_to_wall((grains, bodies), i, wall, time));
         }
         observed.smallest_gap[i] = observed.smallest_gap[i].min(*nearest);
     }
@@ -186,25 +182,13 @@ impl Dem {
     pub fn gap_of(&self, grain: usize) -> f64 {
         let (grains, around, time) = (&self.grains, &self.around, self.time);
         let bodies = self.general().and_then(|general| general.evaluation.bodies.as_deref());
-        let walls = around.walls.iter().filter(|wall| wall.acts(time)).map(|wall| {
-            match bodies.filter(|_| !grains.is_round(grain)) {
-                Some(bodies) => bodies.gap_to_wall(grains, grain, wall, time),
-                None => wall.gap(&grains.position[grain], grains.radius[grain], time),
-            }
-        });
-        let mut nearest = walls.fold(f64::INFINITY, f64::min);
-        for other in (0..grains.len()).filter(|other| *other != grain) {
-            let (i, j) = (grain.min(other), grain.max(other));
-            let apart = around.periods.nearest(grains.position[i] - grains.position[j]);
-            // Between the circles about bodies at first, which are as near as they can be.
-            let mut gap = apart.norm() - grains.radius[i] - grains.radius[j];
-            let bodies = bodies.filter(|_| gap < nearest && !(grains.is_round(i) && grains.is_round(j)));
-            if let Some(bodies) = bodies {
-                gap = bodies.distance(grains, &around.periods, i, j);
-            }
-            nearest = nearest.min(gap);
-        }
-        nearest
+        let walls = around.walls.iter().filter(|wall| wall.acts(time));
+        let walls = walls.map(|wall| gap_to_wall((grains, bodies), grain, wall, time));
+        let others = (0..grains.len()).filter(|other| *other != grain);
+        others.fold(walls.fold(f64::INFINITY, f64::min), |nearest, other| {
+            let pair = [grain.min(other), grain.max(other)];
+            nearest.min(gap_between((grains, bodies), &around.periods, pair, nearest))
+        })
     }
 }
 

@@ -211,6 +211,35 @@ impl BodyContacts {
     }
 }
 
+/// Gap of a grain to a wall, m.
+pub(crate) fn gap_to_wall(
+    (grains, bodies): (&Grains, Option<&BodyContacts>),
+    i: usize,
+    wall: &Plane,
+    time: f64,
+) -> f64 {
+    match bodies.filter(|_| !grains.is_round(i)) {
+        Some(bodies) => bodies.gap_to_wall(grains, i, wall, time),
+        None => wall.gap(&grains.position[i], grains.radius[i], time),
+    }
+}
+
+/// Gap between two grains, m; of bodies that are farther apart than `least`, that of the circles about them,
+/// which are as near as they can be.
+pub(crate) fn gap_between(
+    (grains, bodies): (&Grains, Option<&BodyContacts>),
+    periods: &Periods,
+    [i, j]: [usize; 2],
+    least: f64,
+) -> f64 {
+    let apart = periods.nearest(grains.position[i] - grains.position[j]);
+    let gap = apart.norm() - grains.radius[i] - grains.radius[j];
+    match bodies.filter(|_| gap < least && !(grains.is_round(i) && grains.is_round(j))) {
+        Some(bodies) => bodies.distance(grains, periods, i, j),
+        None => gap,
+    }
+}
+
 /// Where a feature lies, from the centre of the second.
 fn site(one: &Form<'_>, other: &Form<'_>, apart: Vec2, feature: u32) -> Vec2 {
     let vertex = |form: &Form<'_>, v: u32| match form {

@@ -11,6 +11,7 @@
 //! Verlet starts with half a kick, evaluates contacts after the drift (springs along the half-step
 //! velocity, dashpots at the predicted full-step one) and ends with the other half.
 
+use crate::general::bodies::gap_between;
 use crate::general::contact::{Kinematics, SpringStep};
 use crate::general::evaluation::{Evaluation, Window};
 use crate::general::integrate::{Speed, drift};
@@ -176,15 +177,8 @@ impl General {
         let bodies = self.evaluation.bodies.as_deref();
         let range = if grains.len() <= EXACT_GAPS { f64::INFINITY } else { around.range };
         let mut observe = |i: usize, j: usize| {
-            let apart = around.periods.nearest(grains.position[i] - grains.position[j]);
-            let mut gap = apart.norm() - grains.radius[i] - grains.radius[j];
-            if let Some(bodies) = bodies.filter(|_| !(grains.is_round(i) && grains.is_round(j))) {
-                // The circles about them are as near as they can be.
-                if gap >= observed.gap_end[i].max(observed.gap_end[j]) {
-                    return;
-                }
-                gap = bodies.distance(grains, &around.periods, i, j);
-            }
+            let least = observed.gap_end[i].max(observed.gap_end[j]);
+            let gap = gap_between((grains, bodies), &around.periods, [i, j], least);
             if gap <= range {
                 observed.gap_end[i] = observed.gap_end[i].min(gap);
                 observed.gap_end[j] = observed.gap_end[j].min(gap);

@@ -66,7 +66,7 @@ fn along<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> Along
         // What stands on an open face is no unknown: the next value inside stands for it and those beyond.
         if faces && (index <= 0 || index >= last) {
             let side = usize::from(index > 0);
-            if matches!(grid.boundaries[axis][side], Boundary::Inflow { .. } | Boundary::Outflow) {
+            if grid.boundaries[axis][side].is_open() {
                 let range = &grid.unknowns(d)[axis];
                 found.places[k] = index.clamp(range.start as isize, range.end as isize - 1);
                 found.weights[k] = weight;
@@ -89,8 +89,7 @@ fn along<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> Along
 /// Whether a point at `x`, m, is beyond an open face across `axis`.
 fn has_left<const D: usize>(grid: &Grid<D>, axis: usize, x: f64) -> bool {
     let (faces, boundaries) = (&grid.axes[axis].faces, &grid.boundaries[axis]);
-    let open = |side: usize| matches!(boundaries[side], Boundary::Inflow { .. } | Boundary::Outflow);
-    (x < faces[0] && open(0)) || (x > faces[faces.len() - 1] && open(1))
+    (x < faces[0] && boundaries[0].is_open()) || (x > faces[faces.len() - 1] && boundaries[1].is_open())
 }
 
 /// What a point is tied to along one axis.
