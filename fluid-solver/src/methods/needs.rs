@@ -1,6 +1,7 @@
 //! What the method of a scene keeps in memory.
 
 use super::calibrated::advection::{self, Transport};
+use super::calibrated::calibration::ForceTransport;
 use super::method::Method;
 use crate::config::Choices;
 use bedload_scene::{CheckedScene, Motion};
@@ -37,7 +38,10 @@ impl Needs {
         Self {
             force: grains && choices.method != Method::Izard2014,
             transport,
-            local_solve: transport.is_some() && choices.calibration.sweeps != Some(0),
+            local_solve: transport.is_some()
+                && choices.calibration.sweeps != Some(0)
+                && (choices.calibration.force_transport == ForceTransport::Advected
+                    || advection::has_pores(scene)),
             mask_ratios: choices.method != Method::FictitiousDomain && (transport.is_some() || fixed),
             near_convection: grains
                 && choices.method == Method::Calibrated

@@ -1,8 +1,9 @@
-//! The carried force, taken along by the grains (`fluid.immersed.force_transport = "advected"`).
+//! The carried force, taken along by the grains (docs/equations-immersed.md, section 7).
 //!
 //! λⁿ stands where a grain was, and the step needs it where the grain will be. Left in its cells, it is made
 //! up for by dt (λⁿ⁺¹ − λⁿ) only after the projection, and a grain that moves by U dt lets the fluid slip by
-//! some dt² U·∇λ: nothing beside U, but much beside the slow flow through a dense bed that moves as a whole.
+//! some dt² U·∇λ: a few per cent of U where U is small, and much beside the slow flow through a dense bed
+//! that moves as a whole.
 //! So before the step
 //! ```text
 //! λ̂(x) = Σ_i b_i(x) ⟨b² λ/b⟩(x − U_i dt)/⟨b²⟩(x − U_i dt)
@@ -339,7 +340,7 @@ fn fetch<const D: usize>(grid: &Grid<D>, points: &[[Interpolation; D]], [from, m
     if width > least {
         ranks.fail(format!(
             "a grain takes its force along over {width} planes in a window, and a rank has {least} planes: take \
-             fewer ranks or a shorter step, or fluid.immersed.force_transport = \"eulerian\""
+             fewer ranks or a shorter step"
         ));
         return;
     }

@@ -1,8 +1,8 @@
 //! The force of grains that move over the grid: it goes with them, and viscosity feels its change in the same
 //! step (docs/equations-immersed.md, section 7).
 //!
-//! A force that stays in its cells lags behind its grain by a step: little beside the grain's velocity, much
-//! beside the flow through a dense bed. The remedies act in the steps in which the error is felt
+//! A force that stays in its cells lags behind its grain by a step: some per cent of a slow grain's velocity,
+//! much beside the flow through a dense bed. The remedies act in the steps in which the error is felt
 //! ([`crate::immersed::brinkman::lag`]).
 
 use super::calibration::{Calibration, ForceTransport};
@@ -26,31 +26,37 @@ pub enum Transport {
     WhereItLags,
 }
 
-/// When the carried force goes with the grains of a scene: with discs of the plane, and among spheres in
-/// space of which two or more move, or that fill more than a twentieth of their box. A repeated window needs
+/// When the carried force goes with the grains of a scene, where one of them moves. A repeated window needs
 /// the force where the window began: there, never.
 pub(crate) fn transport(
     scene: &CheckedScene,
     calibration: &Calibration,
     scheme: Scheme,
 ) -> Option<Transport> {
-    let geometry = scene.scene.domain.geometry;
-    let moving = scene.grains.iter().filter(|grain| !grain.stays(geometry)).count();
-    if moving == 0 || scheme == Scheme::Iterated {
+    if moving(scene) == 0 || scheme == Scheme::Iterated {
         return None;
     }
     match calibration.force_transport {
         ForceTransport::Advected => Some(Transport::Always),
-        ForceTransport::Auto => {
-            let lags = match geometry {
-                Geometry::Plane => true,
-                Geometry::Space => moving > 1 || is_full(scene),
-                Geometry::Axisymmetric => false,
-            };
-            lags.then_some(Transport::WhereItLags)
-        }
+        ForceTransport::Auto => Some(Transport::WhereItLags),
         ForceTransport::Eulerian => None,
     }
+}
+
+/// Whether grains form pores, where viscosity must feel a change of the force in the same step: discs of the
+/// plane, and spheres in space of which two or more move, or that fill more than a twentieth of their box.
+pub(crate) fn has_pores(scene: &CheckedScene) -> bool {
+    match scene.scene.domain.geometry {
+        Geometry::Plane => true,
+        Geometry::Space => moving(scene) > 1 || is_full(scene),
+        Geometry::Axisymmetric => false,
+    }
+}
+
+/// Grains that move over the grid.
+fn moving(scene: &CheckedScene) -> usize {
+    let geometry = scene.scene.domain.geometry;
+    scene.grains.iter().filter(|grain| !grain.stays(geometry)).count()
 }
 
 fn is_full(scene: &CheckedScene) -> bool {

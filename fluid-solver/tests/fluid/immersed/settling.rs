@@ -1,6 +1,7 @@
 //! The seed's falling sphere (Izard et al. 2014, §3.1): Ar = 800, ρ_p/ρ = 4, D = g = ρ = 1.
 
 use crate::immersed::newton::Run;
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport};
 
 /// The falling sphere in an (r, z) box of `width` × `height` D with `across` cells over D.
 pub(crate) fn sphere(across: usize, size: [f64; 2], density: f64, dt: f64, fluid: &str) -> Run {
@@ -101,6 +102,46 @@ fn adaptive_steps_reach_the_same_speed() {
     let re = reynolds(&mut run, 11.0);
     println!("adaptive: Re = {re:.3} in {} steps", run.step);
     assert!((re / 19.63 - 1.0).abs() < 0.015, "{re}");
+}
+
+/// Speed of a sphere at Re = 2 after a fall of 1.7 D, on eight cells.
+fn slow_fall(domain: &str, dt: f64, force_transport: ForceTransport) -> f64 {
+    let text = format!(
+        "until = 8.0
+        gravity = [0.0, 0.0, -2.0]
+        [domain]
+        {domain}
+        [medium]
+        density = 1.0
+        viscosity = 0.141421
+        [[grains]]
+        position = [0.0, 0.0, 0.0]
+        radius = 0.5
+        density = 1.5
+        [fluid]
+        time = {{ dt = {dt} }}
+        "
+    );
+    let mut run = Run::calibrated(&text, Calibration { force_transport, ..Calibration::default() });
+    run.until(8.0);
+    run.fall()
+}
+
+/// A force that stays in its cells lets the fluid slip by some U dt/Δx ν dt/Δx² of the velocity.
+#[test]
+fn a_slow_sphere_does_not_gain_from_long_steps() {
+    let axis = "geometry = \"axisymmetric\"\nlower = [0.0, -4.0]\nupper = [2.0, 2.0]\ncells = [16, 48]\n\
+        boundary = { r_upper = \"free-slip\", z = \"no-slip\" }";
+    let space = "geometry = \"space\"\nlower = [-2.0, -2.0, -4.0]\nupper = [2.0, 2.0, 2.0]\n\
+        cells = [32, 32, 48]\nboundary = { x = \"free-slip\", y = \"free-slip\", z = \"no-slip\" }";
+    for domain in [axis, space] {
+        let short = slow_fall(domain, 0.01, ForceTransport::Auto);
+        // ν dt/Δx² = 1.45
+        let [with_grain, in_place] = [ForceTransport::Auto, ForceTransport::Eulerian]
+            .map(|transport| slow_fall(domain, 0.16, transport) / short - 1.0);
+        println!("speed {short:.4}, long steps {with_grain:.4} more, {in_place:.4} with the force in place");
+        assert!(with_grain.abs() < 0.007 && in_place > 0.015, "{with_grain} and {in_place}");
+    }
 }
 
 /// The whole scene of the seed; minutes, so run by name: `-- --ignored full_scene --nocapture`.
