@@ -25,6 +25,13 @@ const WALL: f64 = 8.0;
 /// docs/decisions/time-step.md
 const OF_AGE: f64 = 0.1;
 
+/// Part of what is allowed with which the step begins anew after a touch of a grain alone.
+/// docs/decisions/time-step.md
+const AFTER_TOUCH: f64 = 0.1;
+
+/// Way of a grain in a step, over Δx, from which on a touch is looked for.
+const FAST: f64 = 0.05;
+
 /// Largest ratio of a step to the one before it: to the next level.
 const GROWTH: f64 = 1.25;
 
@@ -48,6 +55,8 @@ pub struct Plan {
     pub viscous: Viscous,
     /// Smallest cell, m.
     pub spacing: f64,
+    /// Whether a single grain moves.
+    pub alone: bool,
     /// Largest speed of the run that this one starts from, m/s; zero: there is none.
     pub start: f64,
 }
@@ -109,6 +118,7 @@ impl Plan {
             age: first / OF_AGE,
             viscous,
             spacing,
+            alone: scene.grains.iter().filter(|grain| !grain.stays(scene.scene.domain.geometry)).count() == 1,
             start: fastest,
         };
         if let Some(last) = start.and_then(Start::last) {
@@ -129,7 +139,7 @@ impl Plan {
     ///
     /// It is a level. While the time since the start bounds it, or nearly so, it follows that; later it stays
     /// the same while it is allowed and twice its length is not: a new length costs the carried force a few
-    /// steps.
+    /// steps. After a touch of a grain alone it begins anew.
     pub fn next(&self, previous: f64, time: f64, rate: f64, now: &[Motion], before: &[Motion]) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
@@ -140,11 +150,21 @@ impl Plan {
         let fastest = now.iter().zip(before).map(next).fold(0.0, f64::max);
         let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
         let by_age = OF_AGE * (time + self.age);
+        if self.alone && now.iter().zip(before).any(|pair| self.touches(pair, allowed)) {
+            return level((AFTER_TOUCH * allowed).min(by_age).min(GROWTH * previous));
+        }
         let settled = PATIENCE * by_age >= allowed;
         if settled && previous <= allowed && previous >= PATIENCE * allowed {
             return previous;
         }
         level(allowed.min(by_age).min(GROWTH * previous))
+    }
+
+    /// Whether a grain lost half of its velocity, or turned back, in a step in which it was fast.
+    fn touches(&self, (now, before): (&Motion, &Motion), allowed: f64) -> bool {
+        let [kept, all] = [now, before]
+            .map(|motion| motion.velocity.iter().zip(before.velocity).map(|(v, w)| v * w).sum::<f64>());
+        kept < 0.5 * all && allowed * all.sqrt() > FAST * self.spacing
     }
 }
 
@@ -178,6 +198,7 @@ mod tests {
         age: f64::INFINITY,
         viscous: Viscous::Implicit,
         spacing: 0.1,
+        alone: false,
         start: 0.0,
     };
 
@@ -248,5 +269,20 @@ mod tests {
         assert_eq!(step(-0.05, -0.1), level(0.05 / 0.15));
         // One that slows down, or bounces, is as fast as it is.
         assert_eq!(step(-0.2, 0.1), level(0.5));
+    }
+
+    #[test]
+    fn after_a_touch_of_a_grain_alone_the_step_begins_anew() {
+        let at = |speed: f64| [Motion { velocity: [0.0, 0.0, speed], ..Motion::default() }];
+        let step = |plan: &Plan, before: f64, now: f64| plan.next(0.5, 0.0, 1.0, &at(now), &at(before));
+        let alone = Plan { alone: true, ..PLAN };
+        for (before, now) in [(-0.1, 0.08), (-0.1, -0.04), (0.1, -0.01)] {
+            assert_eq!(step(&alone, before, now), level(0.05), "{before} to {now}");
+            assert_eq!(step(&PLAN, before, now), 0.5);
+        }
+        // No touch: it speeds up, slows down, or creeps.
+        for (before, now) in [(0.0, -0.05), (-0.05, -0.07), (-0.1, -0.06), (-0.005, 0.005)] {
+            assert_eq!(step(&alone, before, now), 0.5, "{before} to {now}");
+        }
     }
 }
