@@ -25,13 +25,6 @@ const WALL: f64 = 8.0;
 /// docs/decisions/time-step.md
 const OF_AGE: f64 = 0.1;
 
-/// Part of what is allowed with which the step begins anew after a touch of a grain alone.
-/// docs/decisions/time-step.md
-const AFTER_TOUCH: f64 = 0.1;
-
-/// Way of a grain in a step, over Δx, from which on a touch is looked for.
-const FAST: f64 = 0.05;
-
 /// Largest ratio of a step to the one before it: to the next level.
 const GROWTH: f64 = 1.25;
 
@@ -55,8 +48,6 @@ pub struct Plan {
     pub viscous: Viscous,
     /// Smallest cell, m.
     pub spacing: f64,
-    /// Whether a single grain moves.
-    pub alone: bool,
     /// Largest speed of the run that this one starts from, m/s; zero: there is none.
     pub start: f64,
 }
@@ -118,12 +109,12 @@ impl Plan {
             age: first / OF_AGE,
             viscous,
             spacing,
-            alone: scene.grains.iter().filter(|grain| !grain.stays(scene.scene.domain.geometry)).count() == 1,
             start: fastest,
         };
         if let Some(last) = start.and_then(Start::last) {
             plan.age += last.time;
-            plan.first = plan.next(last.dt, 0.0, last.rate, &last.memory.motions, &last.memory.before);
+            let allowed = plan.allowed(last.rate, &last.memory.motions, &last.memory.before);
+            plan.first = plan.next(last.dt, 0.0, allowed, 1.0);
             plan.expected = plan.first;
         }
         Ok(plan)
@@ -134,37 +125,32 @@ impl Plan {
         Self { ceiling: self.ceiling.min(shortest(changes, time)), ..*self }
     }
 
-    /// Step proposed at `time` after one of length `previous`, s, with `rate` the largest Σ|u|/Δx, 1/s, and
-    /// the grains as they are and as they were before that step.
-    ///
-    /// It is a level. While the time since the start bounds it, or nearly so, it follows that; later it stays
-    /// the same while it is allowed and twice its length is not: a new length costs the carried force a few
-    /// steps. After a touch of a grain alone it begins anew.
-    pub fn next(&self, previous: f64, time: f64, rate: f64, now: &[Motion], before: &[Motion]) -> f64 {
-        if let Some(dt) = self.fixed {
-            return dt;
-        }
+    /// The longest step, s, that velocities allow, with `rate` the largest Σ|u|/Δx, 1/s, and the grains as they
+    /// are and as they were before the last step.
+    pub fn allowed(&self, rate: f64, now: &[Motion], before: &[Motion]) -> f64 {
         let speed = |motion: &Motion| motion.velocity.iter().map(|v| v.abs()).sum::<f64>();
         // What speeds up goes on to do so.
         let next = |(now, before)| speed(now) + (speed(now) - speed(before)).max(0.0);
         let fastest = now.iter().zip(before).map(next).fold(0.0, f64::max);
-        let allowed = (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling);
-        let by_age = OF_AGE * (time + self.age);
-        if self.alone && now.iter().zip(before).any(|pair| self.touches(pair, allowed)) {
-            return level((AFTER_TOUCH * allowed).min(by_age).min(GROWTH * previous));
+        (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling)
+    }
+
+    /// Step proposed at `time` after one of length `previous`, s, where velocities allow `allowed`, s, and a
+    /// touch the part `part` of it.
+    ///
+    /// It is a level. While the time since the start bounds it, or nearly so, it follows that; later it stays
+    /// the same while it is allowed and twice its length is not: a new length costs the carried force a few
+    /// steps.
+    pub fn next(&self, previous: f64, time: f64, allowed: f64, part: f64) -> f64 {
+        if let Some(dt) = self.fixed {
+            return dt;
         }
-        let settled = PATIENCE * by_age >= allowed;
+        let by_age = OF_AGE * (time + self.age);
+        let settled = part == 1.0 && PATIENCE * by_age >= allowed;
         if settled && previous <= allowed && previous >= PATIENCE * allowed {
             return previous;
         }
-        level(allowed.min(by_age).min(GROWTH * previous))
-    }
-
-    /// Whether a grain lost half of its velocity, or turned back, in a step in which it was fast.
-    fn touches(&self, (now, before): (&Motion, &Motion), allowed: f64) -> bool {
-        let [kept, all] = [now, before]
-            .map(|motion| motion.velocity.iter().zip(before.velocity).map(|(v, w)| v * w).sum::<f64>());
-        kept < 0.5 * all && allowed * all.sqrt() > FAST * self.spacing
+        level((part * allowed).min(by_age).min(GROWTH * previous))
     }
 }
 
@@ -198,7 +184,6 @@ mod tests {
         age: f64::INFINITY,
         viscous: Viscous::Implicit,
         spacing: 0.1,
-        alone: false,
         start: 0.0,
     };
 
@@ -222,7 +207,7 @@ mod tests {
         let mut dt = 1.0;
         let mut changes = 0;
         for rate in rates {
-            let next = plan.next(dt, 0.0, rate, &[], &[]);
+            let next = plan.next(dt, 0.0, plan.allowed(rate, &[], &[]), 1.0);
             assert!(next * rate <= plan.cfl * (1.0 + 1e-12) && next <= plan.ceiling, "{next} at {rate}");
             changes += usize::from(next != dt);
             dt = next;
@@ -247,7 +232,7 @@ mod tests {
         while dt < plan.ceiling {
             time += dt;
             steps += 1;
-            let next = plan.next(dt, time, 0.1, &[], &[]);
+            let next = plan.next(dt, time, plan.allowed(0.1, &[], &[]), 1.0);
             let by_age = plan.first + OF_AGE * time;
             assert!(next >= dt && next <= GROWTH * dt && next <= by_age * (1.0 + 1e-12), "{next} at {time}");
             // It does not wait: the level below.
@@ -258,13 +243,14 @@ mod tests {
         assert!((51..=66).contains(&steps), "{steps}");
         // A run that goes on with another is as old as that one.
         let later = Plan { age: plan.age + 1.0, ..plan };
-        assert_eq!(later.next(0.1, 0.5, 0.1, &[], &[]), plan.next(0.1, 1.5, 0.1, &[], &[]));
+        assert_eq!(later.next(0.1, 0.5, 1.0, 1.0), plan.next(0.1, 1.5, 1.0, 1.0));
     }
 
     #[test]
     fn a_grain_that_speeds_up_is_expected_to_go_on() {
         let at = |speed: f64| Motion { velocity: [0.0, 0.0, speed], ..Motion::default() };
-        let step = |before: f64, now: f64| PLAN.next(1.0, 0.0, 0.0, &[at(now)], &[at(before)]);
+        let step =
+            |before: f64, now: f64| PLAN.next(1.0, 0.0, PLAN.allowed(0.0, &[at(now)], &[at(before)]), 1.0);
         assert_eq!(step(-0.1, -0.1), level(0.5));
         assert_eq!(step(-0.05, -0.1), level(0.05 / 0.15));
         // One that slows down, or bounces, is as fast as it is.
@@ -272,17 +258,19 @@ mod tests {
     }
 
     #[test]
-    fn after_a_touch_of_a_grain_alone_the_step_begins_anew() {
-        let at = |speed: f64| [Motion { velocity: [0.0, 0.0, speed], ..Motion::default() }];
-        let step = |plan: &Plan, before: f64, now: f64| plan.next(0.5, 0.0, 1.0, &at(now), &at(before));
-        let alone = Plan { alone: true, ..PLAN };
-        for (before, now) in [(-0.1, 0.08), (-0.1, -0.04), (0.1, -0.01)] {
-            assert_eq!(step(&alone, before, now), level(0.05), "{before} to {now}");
-            assert_eq!(step(&PLAN, before, now), 0.5);
-        }
-        // No touch: it speeds up, slows down, or creeps.
-        for (before, now) in [(0.0, -0.05), (-0.05, -0.07), (-0.1, -0.06), (-0.005, 0.005)] {
-            assert_eq!(step(&alone, before, now), 0.5, "{before} to {now}");
-        }
+    fn about_a_touch_the_step_is_a_part_of_what_is_allowed() {
+        assert_eq!(PLAN.next(0.5, 0.0, 0.5, 0.1), level(0.05));
+        assert_eq!(PLAN.next(0.5, 0.0, 0.5, 1.0), 0.5);
+        // After it a quarter longer each, up to half of what is allowed.
+        let mut dt = level(0.05);
+        let steps = (0..).take_while(|_| {
+            let next = PLAN.next(dt, 0.0, 0.5, 1.0);
+            let grows = next > dt && next <= GROWTH * dt;
+            dt = next;
+            grows
+        });
+        assert!((8..=12).contains(&steps.count()));
+        assert!((0.25..=0.5).contains(&dt));
+        assert_eq!(Plan { fixed: Some(0.3), ..PLAN }.next(0.3, 0.0, 0.5, 0.1), 0.3);
     }
 }

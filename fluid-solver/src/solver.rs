@@ -218,18 +218,13 @@ impl<const D: usize> Solver<D> {
         // A rank that is gone is the cause of whatever else went wrong.
         self.grid().division.ranks().check()?;
         let health = outcome?;
-        let (time, Memory { motions, before, .. }) = (self.stepper.state().time, &self.grains.memory);
-        Ok(WindowReport {
-            dt_limit: self.plan.until_change(&self.changes, time).next(
-                window.dt,
-                time,
-                health.rate,
-                motions,
-                before,
-            ),
-            residual: health.divergence,
-            substeps: 0,
-        })
+        let time = self.stepper.state().time;
+        let plan = self.plan.until_change(&self.changes, time);
+        let Memory { motions, before, .. } = &self.grains.memory;
+        let allowed = plan.allowed(health.rate, motions, before);
+        let part = self.method.part_of_step(&self.grains, allowed, plan.spacing);
+        let dt_limit = plan.next(window.dt, time, allowed, part);
+        Ok(WindowReport { dt_limit, residual: health.divergence, substeps: 0 })
     }
 
     fn window(&mut self, window: &Window, exchange: &mut FluidExchange<'_>) -> Result<Health, SolverError> {

@@ -41,6 +41,12 @@ pub trait ImmersedBoundary<const D: usize>: Send {
         None
     }
 
+    /// Part of the step `allowed`, s, that a touch leaves of it, one that was in this window or one that is
+    /// near; `spacing`: smallest cell, m.
+    fn part_of_step(&mut self, _: &Grains<D>, _allowed: f64, _spacing: f64) -> f64 {
+        1.0
+    }
+
     /// Values at points of the bodies that decide the next window, by component: the method's part of a
     /// checkpoint beside fields and grains.
     fn points(&self) -> Option<&[Vec<f64>; D]> {

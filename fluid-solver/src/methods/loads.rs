@@ -298,6 +298,14 @@ impl GrainLoads {
         self.by_gap.as_ref().map_or(&[], ByGap::touches)
     }
 
+    /// Time, s, until the first free grain touches something that it nears faster than `fast`, m/s, as they
+    /// move now; `dt` if that is longer.
+    pub(super) fn until_touch<const D: usize>(&mut self, grains: &Grains<D>, dt: f64, fast: f64) -> f64 {
+        let Grains { immersed, memory, .. } = grains;
+        let by_gap = self.by_gap.as_mut();
+        by_gap.map_or(dt, |by_gap| by_gap.until_touch(immersed.shapes(), &memory.motions, dt, fast))
+    }
+
     /// Finds the virtual masses of the window before.
     pub(super) fn resume<const D: usize>(&mut self, grains: &Grains<D>) {
         let Self { by_gap: Some(by_gap), measured, rule, .. } = self else { return };

@@ -53,8 +53,8 @@ pub(crate) fn has_pores(scene: &CheckedScene) -> bool {
     }
 }
 
-/// Grains that move over the grid.
-fn moving(scene: &CheckedScene) -> usize {
+/// How many grains move over the grid.
+pub(super) fn moving(scene: &CheckedScene) -> usize {
     let geometry = scene.scene.domain.geometry;
     scene.grains.iter().filter(|grain| !grain.stays(geometry)).count()
 }

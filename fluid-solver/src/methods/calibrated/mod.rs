@@ -20,7 +20,7 @@ pub mod contact;
 pub mod iterations;
 pub(super) mod limits;
 
-use super::grains::Grains;
+use super::grains::{Grains, Memory};
 use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
@@ -47,6 +47,17 @@ use protocol::scheme::Scheme;
 /// window expects a grain from where it truly is.
 const AS_EXPECTED: f64 = 1e-4;
 
+/// Least part of the step that is allowed with which a touch of a grain alone is met, and the part after it.
+/// docs/decisions/time-step.md
+const TO_A_TOUCH: f64 = 0.25;
+const AFTER_A_TOUCH: f64 = 0.1;
+
+/// Steps, of the length that is allowed, over which a touch is foreseen.
+const STEPS_AHEAD: f64 = 4.0;
+
+/// Way of a grain in such a step, over Δx, from which on touches count.
+const FAST: f64 = 0.05;
+
 /// The calibrated method.
 pub struct Calibrated<const D: usize> {
     loads: GrainLoads,
@@ -60,6 +71,8 @@ pub struct Calibrated<const D: usize> {
     iterations: Option<Box<Iterations<D>>>,
     /// What contacts do to the fluid in their own window, where there may be contacts.
     contact: Option<Contact<D>>,
+    /// Whether touches shorten the step: those of a grain that alone moves.
+    alone: bool,
     /// Fields for what is worked with in between, all zero: as many as the parts of a step need, one after
     /// the other.
     room: [Vec<f64>; FIELDS],
@@ -90,6 +103,7 @@ impl<const D: usize> Calibrated<D> {
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
             contact: needs.jumps.then(|| Contact::new(grid, shapes, scene_grains::free(scene))),
+            alone: advection::moving(scene) == 1,
             room: std::array::from_fn(|n| if n < room(needs, D) { grid.new_field() } else { Vec::new() }),
         };
         method.set_radii(grid, grains);
@@ -204,6 +218,24 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             let field = self.room.first_chunk_mut().expect("as many as axes");
             contact.give(fluid, grains, self.loads.touches(), dt, field);
         }
+    }
+
+    fn part_of_step(&mut self, grains: &Grains<D>, allowed: f64, spacing: f64) -> f64 {
+        if !self.alone || self.contact.is_none() {
+            return 1.0;
+        }
+        let fast = FAST * spacing / allowed;
+        let norm = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let Memory { jumps, before, .. } = &grains.memory;
+        let turns = |(jump, before): (&[f64; 3], &Motion)| {
+            let speed = norm(&before.velocity);
+            speed > fast && norm(jump) > 0.5 * speed
+        };
+        if jumps.iter().zip(before).any(turns) {
+            return AFTER_A_TOUCH;
+        }
+        let until = self.loads.until_touch(grains, STEPS_AHEAD * allowed, fast);
+        (until / (STEPS_AHEAD * allowed)).max(TO_A_TOUCH)
     }
 
     /// Finds the cells that hold force, and the virtual masses of the window before.

@@ -35,6 +35,13 @@ struct Wall {
     inward: f64,
 }
 
+impl Wall {
+    /// Gap between it and a round body, m.
+    fn gap(&self, shape: &Shape, motion: &Motion) -> f64 {
+        self.inward * (motion.centre[self.axis] - self.at) - shape.radius
+    }
+}
+
 /// What is added to the virtual mass of grains alone, by the gap to walls and neighbours.
 #[derive(Clone, Debug)]
 pub struct ByGap {
@@ -109,8 +116,7 @@ impl ByGap {
         // The gaps are those of round bodies; others are as if alone.
         for (grain, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.outline.is_none()) {
             for wall in &*walls {
-                let gap = |m: &Motion| wall.inward * (m.centre[wall.axis] - wall.at) - shape.radius;
-                let gaps = [gap(&now[grain]), gap(&then[grain])];
+                let gaps = [&now[grain], &then[grain]].map(|motion| wall.gap(shape, motion));
                 touches[grain] = touches[grain].min(closes(gaps));
                 let gap = gaps[0].min(gaps[1]);
                 if gap < REACH * shape.radius {
@@ -145,6 +151,30 @@ impl ByGap {
             }
         }
         excess
+    }
+
+    /// Time, s, until the first free grain touches a wall or another grain that it nears faster than `fast`,
+    /// m/s, if all go on as they move `now`; `dt` if that is longer.
+    pub fn until_touch(&mut self, shapes: &[Shape], now: &[Motion], dt: f64, fast: f64) -> f64 {
+        let Self { walls, free, neighbours, then, .. } = self;
+        then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
+        let mut part = 1.0_f64;
+        let mut near = |gaps: [f64; 2]| {
+            if gaps[0] > 0.0 && gaps[0] - gaps[1] > fast * dt {
+                part = part.min(closes(gaps));
+            }
+        };
+        let round = |grain: usize| shapes[grain].outline.is_none();
+        for grain in (0..shapes.len()).filter(|grain| free[*grain] && round(*grain)) {
+            let motions = [&now[grain], &then[grain]];
+            walls.iter().for_each(|wall| near(motions.map(|motion| wall.gap(&shapes[grain], motion))));
+        }
+        neighbours.each_pair(shapes, now, then, |i, j, gaps| {
+            if (free[i] || free[j]) && round(i) && round(j) {
+                near(gaps);
+            }
+        });
+        part * dt
     }
 
     /// Part of the window of the last [`ByGap::excess`] at which each grain first touches a wall or another

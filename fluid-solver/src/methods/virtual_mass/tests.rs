@@ -79,6 +79,27 @@ fn walls_neighbours_and_periodic_images_are_found() {
     assert_eq!(&excess[1..], [0.0; 3]);
 }
 
+/// Of walls and neighbours that a free grain nears fast enough, the first.
+#[test]
+fn a_touch_is_foreseen() {
+    let shapes = [sphere(1.0, 2.0), sphere(1.0, 2.0)];
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false]);
+    let mut until = |place: [f64; 3], velocity: [f64; 3]| {
+        let motions = [Motion { velocity, ..at(place) }, at([5.0, 5.0, 5.0])];
+        by_gap.until_touch(&shapes, &motions, 2.0, 0.1)
+    };
+    assert!((until([2.0, 2.0, 1.5], [0.0, 0.0, -0.5]) - 1.0).abs() < 1e-12, "the floor");
+    assert!((until([5.0, 5.0, 2.7], [0.0, 0.0, 0.6]) - 0.5).abs() < 1e-9, "a neighbour");
+    for (place, velocity, why) in [
+        ([2.0, 2.0, 1.5], [0.0, 0.0, -0.2], "later"),
+        ([2.0, 2.0, 1.1], [0.0, 0.0, -0.06], "slow"),
+        ([2.0, 2.0, 1.1], [0.3, 0.0, 0.4], "away"),
+        ([2.0, 2.0, 0.9], [0.0, 0.0, -0.5], "in contact"),
+    ] {
+        assert_eq!(until(place, velocity), 2.0, "{why}");
+    }
+}
+
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.
 #[test]
 fn a_crowd_has_the_value_of_grains_alone() {

@@ -75,6 +75,30 @@ fn a_touch_gives_no_energy() {
     }
 }
 
+/// Speed of a sphere of St = 27 that comes back to a gap of 0.2 D, let go 0.6 D above the floor and a little.
+fn comes_back(more: f64, cfl: f64) -> f64 {
+    let mut run = thrown(0.6 + more, 8.0, 0.033, cfl);
+    let mut last = (0.0, 0.0);
+    while run.fall() < 0.0 || run.newton.motions[0].position[2] < 0.7 {
+        last = (run.newton.motions[0].position[2], run.fall());
+        run.windows(1);
+        assert!(run.time < 10.0, "it comes back");
+    }
+    let part = (0.7 - last.0) / (run.newton.motions[0].position[2] - last.0);
+    last.1 + part * (run.fall() - last.1)
+}
+
+/// The step is short before a touch and begins anew after it: viscosity takes what it should.
+#[test]
+fn a_rebound_hardly_depends_on_the_step() {
+    let short = comes_back(0.0, 0.05);
+    for phase in 0..4 {
+        let long = comes_back(0.012 * f64::from(phase), 0.5);
+        println!("speed {long:.4} with long steps, {short:.4} with short ones");
+        assert!((long / short - 1.0).abs() < 0.02, "{phase}: {long} {short}");
+    }
+}
+
 /// Two spheres in space that hit each other aslant, one of which hits the floor.
 const SPACE: &str = "until = 1.0
     gravity = [0.0, 0.0, -1.0]
