@@ -125,8 +125,8 @@ impl Plan {
         Self { ceiling: self.ceiling.min(shortest(changes, time)), ..*self }
     }
 
-    /// The longest step, s, that velocities allow, with `rate` the largest Σ|u|/Δx, 1/s, and the grains as they
-    /// are and as they were before the last step.
+    /// The longest step, s, that velocities allow, with `rate` the largest Σ|u|/Δx, 1/s, and the grains as
+    /// they are and as they were before the last step.
     pub fn allowed(&self, rate: f64, now: &[Motion], before: &[Motion]) -> f64 {
         let speed = |motion: &Motion| motion.velocity.iter().map(|v| v.abs()).sum::<f64>();
         // What speeds up goes on to do so.

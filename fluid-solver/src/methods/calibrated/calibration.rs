@@ -23,7 +23,7 @@ pub struct Calibration {
 /// How the carried force gets from one step to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ForceTransport {
-    /// It moves with the grains in the steps in which it would lag.
+    /// It moves with the grains in the steps in which it would lag by much.
     #[default]
     Auto,
     /// It stays in its cells.
