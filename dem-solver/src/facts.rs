@@ -1,11 +1,12 @@
 //! Facts for the coupler: sub-step, bounds, notices.
 
-use bedload_scene::{CheckedScene, SceneError};
+use bedload_scene::{CheckedScene, SceneError, Wall};
 use protocol::facts::DemFacts;
 
 use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::grain::{Grain, Shape};
-use crate::motion::Motion;
+use crate::laws::linear::LinearSpringDashpot;
+use crate::motion::{Motion, Vec3};
 use crate::spec::DemSpec;
 use crate::takes_bulk;
 
@@ -71,7 +72,7 @@ pub(crate) fn facts(
         // State, contacts of a bed, and the last motion.
         checkpoint_bytes: 1000 + 440 * grains as u64,
         substep_cost: cost(spec) * grains as f64,
-        notices: sliding_notice(spec).into_iter().collect(),
+        notices: notices(scene, spec),
         resolved,
     };
     let number = bounds::packing_rate(tangential_rate, grains).map(|rate| rate * dt);
@@ -110,14 +111,55 @@ fn field_bytes(scene: &CheckedScene, spec: &DemSpec) -> u64 {
     (head + 144 * spec.grains.len() + 104 * bodies + 32 * corners) as u64
 }
 
-/// Films of discs that slide past each other: no map says where they are stable.
-fn sliding_notice(spec: &DemSpec) -> Option<String> {
+/// What a scene says and probably does not mean.
+fn notices(scene: &CheckedScene, spec: &DemSpec) -> Vec<String> {
+    let mut notices = Vec::new();
     let films = spec.lubrication_model().is_some_and(|model| model.tangential);
-    (films && spec.shape == Shape::Disc && free(spec).count() > 1).then(|| {
-        "dem.lubrication.tangential = true between discs: where it is stable was not measured (one of 32 \
-         beds trembled)"
-            .into()
-    })
+    if films && spec.shape == Shape::Disc && free(spec).count() > 1 {
+        notices.push(
+            "dem.lubrication.tangential = true between discs: where it is stable was not measured (one of 32 \
+             beds trembled)"
+                .into(),
+        );
+    }
+    let slips = |law: &LinearSpringDashpot| {
+        law.friction > 0.0 && law.stiffness_ratio == 0.0 && law.damping_ratio == 0.0
+    };
+    if spec.contact.linear().is_some_and(slips) {
+        notices.push(
+            "dem.contact.friction has no effect: stiffness_ratio and damping_ratio are 0, and nothing holds along \
+             the tangent"
+                .into(),
+        );
+    }
+    notices.extend(twice(scene));
+    notices
+}
+
+/// Two walls in one plane that face the same way: a grain touches both.
+fn twice(scene: &CheckedScene) -> Option<String> {
+    let walls = scene.contact_walls();
+    let unit = |wall: &Wall| Vec3::from(wall.normal).normalize();
+    let length = scene.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let one_plane = |one: &Wall, other: &Wall| {
+        let between = Vec3::from(one.point) - Vec3::from(other.point);
+        let together = one.from < other.until && other.from < one.until;
+        together && unit(one).dot(&unit(other)) > 1.0 - 1e-12 && between.dot(&unit(one)).abs() < 1e-9 * length
+    };
+    let (one, other) = walls.iter().enumerate().find_map(|(i, one)| {
+        let mut after = walls.iter().enumerate().skip(i + 1);
+        after.find(|(_, other)| one_plane(one, other)).map(|(j, _)| (i, j))
+    })?;
+    let name = |wall: usize| match wall.checked_sub(scene.scene.walls.len()) {
+        None => format!("walls[{wall}]"),
+        Some(_) => format!("a face of the box at {:?}", walls[wall].point),
+    };
+    Some(format!(
+        "{} and {} lie in one plane at the start: grains touch both, with twice the force; where one is meant, give \
+         the face `contact = false`",
+        name(one),
+        name(other)
+    ))
 }
 
 fn free(spec: &DemSpec) -> impl Iterator<Item = &Grain> {

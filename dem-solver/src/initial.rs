@@ -46,7 +46,8 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     {
         return refuse(fault, "take the grains from that run: [[grain_files]] with its grains.csv");
     }
-    (state.time, state.substeps, state.windows) = (0.0, 0, 0);
+    hold(dem, &mut state);
+    (state.time, state.substeps, state.windows, state.dissipated) = (0.0, 0, 0, Default::default());
     state.rolling.truncate(state.contacts.len());
     state.wall_contacts.clear();
     state.servos.clear();
@@ -58,6 +59,22 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
         return refuse(fault, "let the other run settle, or make this box fit");
     }
     Ok(())
+}
+
+/// Gives grains of which this scene says how they move that motion, and keeps what it holds at rest.
+fn hold(dem: &Dem, state: &mut State) {
+    let g = &dem.grains;
+    for i in 0..g.len() {
+        let led = (g.motion[i] != Motion::Free).then(|| g.motion[i].velocity_at(0.0));
+        let [velocity, spin] = led.map_or([None; 2], |(velocity, spin)| [Some(velocity), Some(spin)]);
+        for (now, rate, free, led) in [
+            (&mut state.velocity[i], &mut state.acceleration[i], g.translation[i], velocity),
+            (&mut state.spin[i], &mut state.spin_acceleration[i], g.rotation[i], spin),
+        ] {
+            let of_free = |v: [f64; 3]| Vec3::from(v).component_mul(&free);
+            (*now, *rate) = (led.unwrap_or_else(|| of_free(*now)).into(), of_free(*rate).into());
+        }
+    }
 }
 
 /// The grains that the run left in the box; none where it was killed.

@@ -9,10 +9,14 @@ use crate::grain::Grain;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::periods::Periods;
+use crate::solver::Dem;
 use bedload_scene::{CheckedScene, Domain, Geometry, Inserted, Insertion};
 
 /// Tries for a place, per grain and window.
 const TRIES: u64 = 100;
+
+/// Overlap with a wall, over the radius, that is a remainder of rounding: regions may end at walls.
+const ROUNDING: f64 = 1e-9;
 
 /// What waits to be inserted.
 #[derive(Clone, Debug)]
@@ -35,16 +39,10 @@ impl Insertions {
         }
     }
 
-    /// Places of the grains to add to those there now (`grains`), in window `step` that begins at
-    /// `time`; `all` holds every grain of the scene.
-    pub fn places(
-        &self,
-        grains: &Grains,
-        all: &[Grain],
-        periods: &Periods,
-        step: u64,
-        time: f64,
-    ) -> Vec<Vec3> {
+    /// Places of the grains to add to those there now, in window `step` that begins at `time`, clear of them
+    /// and of walls; `all` holds every grain of the scene.
+    pub fn places(&self, dem: &Dem, all: &[Grain], step: u64, time: f64) -> Vec<Vec3> {
+        let (grains, periods) = (&dem.grains, dem.periods());
         let there = grains.len();
         let waiting = &self.inserted[there.min(all.len()) - self.present..];
         let due = waiting.iter().take_while(|inserted| inserted.time <= time).count();
@@ -56,9 +54,9 @@ impl Insertions {
         for (number, inserted) in waiting[..due].iter().enumerate() {
             let (insertion, radius) = (&self.insertions[inserted.insertion], all[there + number].radius);
             let clear = |place: &Vec3| {
-                near.iter().all(|(x, r): &(Vec3, f64)| {
-                    periods.nearest(place - x).norm_squared() >= (radius + r).powi(2)
-                })
+                let clear =
+                    |(x, r): &(Vec3, f64)| periods.nearest(place - x).norm_squared() >= (radius + r).powi(2);
+                near.iter().all(clear) && dem.gap_to_walls(place, radius) >= -ROUNDING * radius
             };
             let grain = (there + number) as u64;
             let place = (0..TRIES)

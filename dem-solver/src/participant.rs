@@ -125,15 +125,25 @@ impl DemParticipant {
         }
     }
 
+    /// The largest overlap of a window over a radius: over the largest one, and where that is much of the
+    /// smallest, over that of the smaller grain of each pair at the end of the window.
+    fn overlap_part(&self, overlap: f64) -> f64 {
+        let radius = &self.dem.grains.radius;
+        let smallest = radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = radius.iter().copied().fold(smallest, f64::max);
+        if overlap <= DemFacts::MOST_OVERLAP * smallest {
+            return overlap / smallest;
+        }
+        if smallest == largest { overlap / largest } else { self.dem.deepest().max(overlap / largest) }
+    }
+
     /// Adds the grains that are due and have room.
     fn insert(&mut self, window: &Window) -> Result<(), SolverError> {
         let there = self.dem.grains.len();
         if there == self.spec.grains.len() {
             return Ok(());
         }
-        let grains = &self.dem.grains;
-        let periods = self.dem.periods();
-        let places = self.insertions.places(grains, &self.spec.grains, periods, window.step, window.time);
+        let places = self.insertions.places(&self.dem, &self.spec.grains, window.step, window.time);
         if places.is_empty() {
             return Ok(());
         }
@@ -288,10 +298,9 @@ impl Participant for DemParticipant {
         header.smallest_gap = report.smallest_gap;
         header.largest_overlap = report.largest_overlap;
         exchange.send(header, &mut |out| self.fill(out))?;
-        let radius = self.dem.grains.radius.iter().copied().fold(0.0, f64::max);
         Ok(WindowReport {
             dt_limit: f64::INFINITY,
-            residual: if radius > 0.0 { report.largest_overlap / radius } else { 0.0 },
+            residual: self.overlap_part(report.largest_overlap),
             substeps: u64::from(report.n_sub_done),
         })
     }

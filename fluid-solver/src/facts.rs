@@ -15,7 +15,7 @@ use crate::ranks::Ranks;
 use crate::scheme::Viscous;
 use crate::transform;
 use crate::{bounds, build};
-use bedload_scene::{CheckedScene, Grain, SceneError};
+use bedload_scene::{CheckedScene, Geometry, Grain, OverTime, SceneError, changing};
 use protocol::facts::FluidFacts;
 use protocol::scheme::Scheme;
 use std::f64::consts::PI;
@@ -97,6 +97,9 @@ fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64
     (8 * D + 1) as u64 * cells.min(grid.cell_count() as u64) + (8 * planes * threads * plane) as u64
 }
 
+/// Part of the longest step below which a change over time is sudden.
+const SUDDEN: f64 = 0.05;
+
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices(Calibration::default());
@@ -156,6 +159,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
              force on them then settles over hundreds of steps and more"
         ));
     }
+    notices.extend(sudden(scene, &plan));
     for (grain, g) in scene.grains.iter().enumerate() {
         if g.thickness() < 5.0 * plan.spacing {
             notices.push(format!(
@@ -185,6 +189,25 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         notices,
         resolved,
     })
+}
+
+/// A value over time that spheres follow and that all but jumps: what its short steps leave in the force on
+/// them grows as the steps grow again (docs/limits.md).
+fn sudden(scene: &CheckedScene, plan: &Plan) -> Option<String> {
+    let until = scene.scene.until;
+    let space = scene.scene.domain.geometry != Geometry::Plane;
+    let spheres = space && plan.fixed.is_none() && !scene.grains.is_empty();
+    let ramp = |value: &OverTime<[f64; 3]>| value.largest(until) / value.fastest(until);
+    let short = |ramp: &f64| spheres && *ramp < SUDDEN * plan.ceiling;
+    let found = changing(scene).into_iter().find(|changing| short(&ramp(&changing.value)))?;
+    Some(format!(
+        "{} changes within {:.1e} s, where steps of up to {:.1e} s are to follow: the forces on spheres may be wrong \
+         for long after it; let it change over {:.1e} s or more, or give a short fluid.time.dt",
+        found.key,
+        ramp(&found.value),
+        plan.ceiling,
+        plan.ceiling
+    ))
 }
 
 /// Bytes of the file of an instant: velocity, pressure, vorticity and solid fraction of each cell, and the

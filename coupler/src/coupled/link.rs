@@ -130,6 +130,7 @@ impl Link for CoupledLink<'_> {
             kinematics_header: Some(&whole.kinematics),
             reports: Some([&whole.fluid, &whole.dem]),
             dt_limit: whole.fluid.dt_limit.min(whole.dem.dt_limit),
+            residual: whole.dem.residual,
             extras: &self.extras,
             speed: None,
         }

@@ -134,18 +134,43 @@ impl Dem {
     /// The first two grains that overlap by more than `share` of the smaller radius, and by how much, m.
     #[must_use]
     pub fn overlapping(&self, share: f64) -> Option<(usize, usize, f64)> {
+        let mut first = None;
+        self.each_overlap(|i, j, overlap| {
+            let found = overlap > share * self.grains.radius[i].min(self.grains.radius[j]);
+            first = first.or(found.then_some((i, j, overlap)));
+        });
+        first
+    }
+
+    /// The largest overlap of two grains over the smaller radius, or of a grain and a wall over its radius.
+    #[must_use]
+    pub fn deepest(&self) -> f64 {
+        let radius = &self.grains.radius;
+        let mut deepest = 0.0_f64;
+        self.each_overlap(|i, j, overlap| deepest = deepest.max(overlap / radius[i].min(radius[j])));
+        let grains = self.grains.position.iter().zip(radius);
+        grains.fold(deepest, |deepest, (x, radius)| deepest.max(-self.gap_to_walls(x, *radius) / radius))
+    }
+
+    /// Gap between a round grain of radius `radius` at `x` and the nearest wall that is there, m.
+    #[must_use]
+    pub fn gap_to_walls(&self, x: &Vec3, radius: f64) -> f64 {
+        let walls = self.around.walls.iter().filter(|wall| wall.acts(self.time));
+        walls.map(|wall| wall.gap(x, radius, self.time)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Hands `each` the numbers of grains that are near each other, and their overlap, m.
+    fn each_overlap(&self, mut each: impl FnMut(usize, usize, f64)) {
         let (lists, g, periods) = (self.lists_now(), &self.grains, &self.around.periods);
         let bodies = self.bodies_now();
-        let overlap = |i: usize, j: usize| {
-            if let Some(bodies) = bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
-                return -bodies.distance(g, periods, i, j);
-            }
-            g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm()
-        };
         let round = lists.pairs.entries().map(|(i, k)| (i, lists.pairs.other[k] as usize));
-        let near = round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize)));
-        near.map(|(i, j)| (i, j, overlap(i, j)))
-            .find(|&(i, j, overlap)| overlap > share * g.radius[i].min(g.radius[j]))
+        for (i, j) in round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize))) {
+            let overlap = match bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
+                Some(bodies) => -bodies.distance(g, periods, i, j),
+                None => g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm(),
+            };
+            each(i, j, overlap);
+        }
     }
 
     /// Directions in which the box repeats.

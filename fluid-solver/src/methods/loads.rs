@@ -76,6 +76,8 @@ pub(super) struct Measured {
     pub(super) drive: [f64; 3],
     /// The same along the axes along which the fluid moves the grain, which follows it there.
     pub(super) free_drive: [f64; 3],
+    /// Does the grain move as the scene says, whatever the fluid does?
+    led: bool,
     /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
     /// eq. 20).
     starts: bool,
@@ -145,8 +147,9 @@ impl LoadsRule {
 
     /// Puts the mass ρ(∫β dV − V), by which the mask differs from the grain, on the grain's side of the
     /// equation: as force, times the acceleration that is known, as far as the grain is heavy enough to bear
-    /// a force that comes one window late; the rest, where it is positive, as mass. A DEM adds added_mass
-    /// A_prev to the force, which belongs to C_v m_f alone, so that of this mass is taken off here.
+    /// a force that comes one window late, or is led and bears any; the rest, where it is positive, as mass.
+    /// A DEM adds added_mass A_prev to the force, which belongs to C_v m_f alone, so that of this mass is
+    /// taken off here.
     ///
     /// The mass of a message has no direction: it is the mean over the components that the grain
     /// moves along, and what differs from it acts through the acceleration that is known.
@@ -157,7 +160,8 @@ impl LoadsRule {
         let mass = self.density * (volume - shape.volume);
         let inertia =
             self.density * shape.volume * shape.gyration * self.swollen(shape, volume / shape.volume);
-        let bears = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
+        let heavy = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
+        let bears = if measured.led { f64::INFINITY } else { heavy };
         // Parts that go with the force and with the mass.
         let parts = |extra: f64, own: f64| {
             let late = (bears * own / extra.abs()).min(1.0);
@@ -256,6 +260,7 @@ impl GrainLoads {
             }
             m.drive = drive;
             m.free_drive = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
+            m.led = self.freedoms[grain] == [false; 6];
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
         }
@@ -296,6 +301,12 @@ impl GrainLoads {
     /// Part of the window at which each grain first touches something.
     pub(super) fn touches(&self) -> &[f64] {
         self.by_gap.as_ref().map_or(&[], ByGap::touches)
+    }
+
+    /// Whether a free grain that is slower than `slow`, m/s, touches something.
+    pub(super) fn rests<const D: usize>(&mut self, grains: &Grains<D>, slow: f64) -> bool {
+        let Grains { immersed, memory, .. } = grains;
+        self.by_gap.as_mut().is_some_and(|by_gap| by_gap.rests(immersed.shapes(), &memory.motions, slow))
     }
 
     /// Time, s, until the first free grain touches something that it nears faster than `fast`, m/s, as they

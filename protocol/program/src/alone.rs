@@ -98,7 +98,7 @@ const REMEDY: &str = "give more sub-steps per contact (dem.steps_per_contact, or
 const FLOW_REMEDY: &str = "give a smaller fluid.time.dt or fluid.time.cfl; to go on all the same: \
     --set 'coupling.force=[\"unstable\"]'";
 
-/// Overlap over the largest radius that ends a run of grains alone: beyond it they pass through each other.
+/// Overlap over a radius that ends a run of grains alone: beyond it they pass through each other.
 const MOST_OVERLAP: f64 = 1.0;
 
 /// The windows of a solver alone: as long as its clock says, until the scene's end or until the grains rest.
@@ -116,21 +116,20 @@ pub(crate) struct AloneSchedule {
 }
 
 /// How deep grains may lie in each other.
+#[derive(Default)]
 struct Overlap {
-    /// Of the largest grain, m.
-    radius: f64,
     /// Was the user told that contacts are too soft?
     told: bool,
 }
 
 impl Overlap {
-    fn take(&mut self, window: &Window, overlap: f64) -> Result<(), Failure> {
-        let part = overlap / self.radius;
+    /// Takes the largest overlap of a window over the smaller radius.
+    fn take(&mut self, window: &Window, part: f64) -> Result<(), Failure> {
         if part <= DemFacts::MOST_OVERLAP || self.told && part <= MOST_OVERLAP {
             return Ok(());
         }
         let found = format!(
-            "overlap: grains lie {:.1} % of the largest radius in each other in window {} (t = {} s)",
+            "overlap: grains lie {:.1} % of the smaller radius in each other in window {} (t = {} s)",
             100.0 * part,
             window.step,
             window.time
@@ -162,10 +161,9 @@ impl AloneSchedule {
         let forced = scene.scene.coupling.get("force").and_then(|force| force.as_array());
         let forced =
             |name: &str| forced.is_some_and(|names| names.iter().any(|forced| forced.as_str() == Some(name)));
-        let radius = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
         // What too few sub-steps do is told as unstable.
         let resolved = contact_time >= DemFacts::LEAST_CONTACT_STEPS * clock.substep;
-        let overlap = (resolved && !forced("overlap")).then_some(Overlap { radius, told: false });
+        let overlap = (resolved && !forced("overlap")).then(Overlap::default);
         let watch = (!forced(unstable::NAME))
             .then(|| (Energy::new(scene, contact_time, state.seen), Flow::new(scene, state.flow.clone())));
         let (until, observe) = (scene.scene.until, scene.scene.observe.clone());
@@ -217,8 +215,8 @@ impl Schedule for AloneSchedule {
                 return Err(Failure::Unstable(found.message(window, FLOW_REMEDY)));
             }
         }
-        if let (Some(overlap), Some(header)) = (&mut self.overlap, messages.kinematics_header) {
-            overlap.take(window, header.largest_overlap)?;
+        if let (Some(overlap), Some(_)) = (&mut self.overlap, messages.kinematics_header) {
+            overlap.take(window, messages.residual)?;
         }
         let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
         let AloneState { step, time: at, limit, rests: over, .. } = &mut self.state;

@@ -8,7 +8,7 @@ use bedload_scene::CheckedScene;
 use protocol::log::Logged;
 use protocol::memory::peak_rss_bytes;
 use protocol::message::{Command, Order};
-use protocol::participant::{Participant, Role, SolverError, Window};
+use protocol::participant::{Participant, Role, SolverError, Window, WindowReport};
 use protocol::serve::checkpoint_folder;
 
 use crate::failure::Failure;
@@ -36,6 +36,7 @@ pub(crate) struct InProcess<P: Participant> {
     speed: fn(&P) -> Option<f64>,
     finish: Finish<P>,
     dt_limit: f64,
+    residual: f64,
 }
 
 impl<P: Participant> InProcess<P> {
@@ -50,6 +51,7 @@ impl<P: Participant> InProcess<P> {
             speed: |_| None,
             finish: |_, _, _| Ok(BTreeMap::new()),
             dt_limit: f64::INFINITY,
+            residual: 0.0,
         }
     }
 
@@ -95,7 +97,8 @@ where
             self.solver.save();
         }
         self.exchange.begin(given.map(|(header, records)| (header, P::Incoming::of(records))));
-        self.dt_limit = self.solver.advance(&window, &mut self.exchange)?.dt_limit;
+        WindowReport { dt_limit: self.dt_limit, residual: self.residual, .. } =
+            self.solver.advance(&window, &mut self.exchange)?;
         if self.exchange.sent.is_none_or(|sent| self.exchange.received != Some(sent)) {
             let what = format!("it did not exchange once each way in window {}", window.step);
             return Err(SolverError::Failed(what).into());
@@ -121,6 +124,7 @@ where
             kinematics_header: (P::ROLE == Role::Dem).then_some(header),
             reports: None,
             dt_limit: self.dt_limit,
+            residual: self.residual,
             extras: &self.extras.0,
             speed: (self.speed)(&self.solver),
         }

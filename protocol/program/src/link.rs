@@ -42,6 +42,8 @@ pub struct Messages<'a> {
     pub reports: Option<[&'a Status; 2]>,
     /// Largest window that the solvers would accept next, s.
     pub dt_limit: f64,
+    /// Residual that the DEM reports of the window, or a fluid alone.
+    pub residual: f64,
     /// Values of the columns that only a solver knows ([`bedload_output::Sample::extras`]).
     pub extras: &'a [f64],
     /// Largest speed of a fluid that runs alone, m/s.

@@ -59,6 +59,11 @@ impl SpeedLimit {
         Self(if expected > 0.0 { BEYOND * expected } else { f64::INFINITY })
     }
 
+    /// Counts `speed`, m/s, with which a grain starts, too.
+    fn admit(&mut self, speed: f64) {
+        self.0 = self.0.max(BEYOND * speed);
+    }
+
     /// Judges the speed of a grain at the end of a window.
     pub fn judge(&self, grain: usize, motion: &Kinematics, window: &Window) -> Option<Found> {
         let speed = norm(&motion.velocity);
@@ -95,6 +100,9 @@ pub(crate) struct Seen {
     above: u32,
     grown: u32,
     began: u64,
+    /// Largest speed at the end of the first window of a run that starts from the state of another, m/s.
+    #[serde(default)]
+    start: f64,
 }
 
 /// Watches the energy of free grains that only contacts, loads and gravity act on: contacts take energy away,
@@ -109,6 +117,8 @@ pub(crate) struct Energy {
     /// Time from look to look, s.
     every: f64,
     limit: SpeedLimit,
+    /// Does the run start from the state of another, with its velocities?
+    goes_on: bool,
     /// Does the scene move anything that grains touch: a wall, a prescribed grain?
     driven: bool,
     /// Kinetic energy and motion at the end of the last window; none at the start and after a resume.
@@ -122,6 +132,8 @@ impl Energy {
         let shared = &scene.scene;
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let g = shared.largest_gravity();
+        let mut limit = SpeedLimit::new(scene);
+        limit.admit(seen.start);
         Self {
             free: free()
                 .map(|(index, grain)| {
@@ -133,7 +145,8 @@ impl Energy {
             periods: shared.domain.periods().map(|period| period.map(|(_, length)| length)),
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
             every: LOOK * contact_time,
-            limit: SpeedLimit::new(scene),
+            limit,
+            goes_on: shared.dem.contains_key("initial_state"),
             driven: scene.contact_walls().iter().any(|wall| wall.moves())
                 || scene.grains.iter().any(|grain| grain.motion == Motion::Prescribed),
             last: None,
@@ -150,6 +163,11 @@ impl Energy {
         let there = |free: &&Free| motion.get(free.grain).is_some_and(Kinematics::is_there);
         let gravity = self.gravity.mean(window.time, window.time + window.dt);
         let (mut kinetic, mut given) = (0.0, 0.0);
+        if self.goes_on && window.step == 0 {
+            let speeds = self.free.iter().filter(there).map(|free| norm(&motion[free.grain].velocity));
+            self.seen.start = speeds.fold(0.0, f64::max);
+            self.limit.admit(self.seen.start);
+        }
         for free in self.free.iter().filter(there) {
             let now = &motion[free.grain];
             let found = self.limit.judge(free.grain, now, window);

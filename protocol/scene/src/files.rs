@@ -126,27 +126,25 @@ fn set(value: &mut Value, path: &Path) -> bool {
 
 /// Visits the values at a key.
 fn at(item: &mut Item, key: &str, visit: &mut dyn FnMut(&mut Value)) {
+    if let Some(table) = item.as_table_like_mut() {
+        within(table, key, visit);
+    }
+}
+
+/// The same in a table.
+fn within(table: &mut dyn TableLike, key: &str, visit: &mut dyn FnMut(&mut Value)) {
     let (part, rest) = key.split_once('.').unwrap_or((key, ""));
     let (name, list) = part.strip_suffix("[]").map_or((part, false), |name| (name, true));
-    let Some(found) = item.as_table_like_mut().and_then(|table| table.get_mut(name)) else { return };
+    let Some(found) = table.get_mut(name) else { return };
     if !list {
         match found.as_value_mut().filter(|_| rest.is_empty()) {
             Some(value) => visit(value),
             None => at(found, rest, visit),
         }
-        return;
-    }
-    if let Some(tables) = found.as_array_of_tables_mut() {
-        tables.iter_mut().for_each(|table| in_table(table, rest, visit));
+    } else if let Some(tables) = found.as_array_of_tables_mut() {
+        tables.iter_mut().for_each(|table| within(table, rest, visit));
     } else if let Some(array) = found.as_array_mut() {
         let tables = array.iter_mut().filter_map(Value::as_inline_table_mut);
-        tables.for_each(|table| in_table(table, rest, visit));
-    }
-}
-
-/// Visits the value of a key of an entry of a list.
-fn in_table(table: &mut dyn TableLike, key: &str, visit: &mut dyn FnMut(&mut Value)) {
-    if let Some(value) = table.get_mut(key).and_then(Item::as_value_mut) {
-        visit(value);
+        tables.for_each(|table| within(table, rest, visit));
     }
 }

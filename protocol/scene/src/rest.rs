@@ -15,7 +15,12 @@ pub struct Rest {
     scale: f64,
     /// Number of grains that are there from the start.
     present: usize,
+    /// Time, s, before which nothing counts: what is let go is slow at first.
+    earliest: f64,
 }
+
+/// Times over which a fall from rest reaches the energy that counts as rest, before which nothing does.
+const FALLS: f64 = 4.0;
 
 impl Rest {
     /// For the scene's `stop_when`, if it has one.
@@ -23,7 +28,14 @@ impl Rest {
         let stop = scene.scene.stop_when?;
         let gravity = scene.scene.largest_gravity();
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
+        let largest = free().map(|(_, grain)| grain.radius).fold(0.0, f64::max);
+        let fall = if gravity > 0.0 {
+            (2.0 * stop.kinetic_energy_per_grain_below * largest / gravity).sqrt()
+        } else {
+            0.0
+        };
         Some(Self {
+            earliest: stop.after.max(FALLS * fall),
             stop,
             present: scene.present(),
             scale: free().map(|(_, grain)| grain.mass() * gravity * grain.radius).sum(),
@@ -46,7 +58,7 @@ impl Rest {
 
     /// Do the grains rest at `time`?
     pub fn reached(&self, time: f64, kinematics: &[Kinematics]) -> bool {
-        time >= self.stop.after
+        time >= self.earliest
             && self.energy(kinematics).is_some_and(|energy| energy < self.stop.kinetic_energy_per_grain_below)
     }
 }

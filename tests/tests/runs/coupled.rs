@@ -141,3 +141,47 @@ fn a_log_replays_bit_for_bit_in_both_directions_and_a_flipped_bit_is_named() {
         assert!(said(&output).contains(word), "no {word:?} in {}", said(&output));
     }
 }
+
+/// In the longest steps the force of the approach would stay in the cells that it seals, and bear a third of
+/// a sphere, or of one that floats up, for good.
+#[test]
+fn a_sphere_that_has_come_to_rest_presses_with_its_weight() {
+    let folder = Folder::new("at-rest");
+    for density in [1.5, 0.5] {
+        let text = format!(
+            r#"
+until = 14.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "axisymmetric"
+lower = [0.0, 0.0]
+upper = [1.5, 3.0]
+cells = [24, 48]
+boundary = {{ r_upper = "no-slip", z = "no-slip" }}
+[medium]
+density = 1.0
+viscosity = 0.02
+[[grains]]
+position = [0.0, 0.0, 1.5]
+radius = 0.5
+density = {density}
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.8
+contact_time = 0.005
+[observe]
+every = 0.0
+[[metrics]]
+name = "rest"
+kind = "resting-force-ratio"
+"#
+        );
+        let (scene, out) = (folder.write("rest.toml", &text), folder.join(&format!("out-{density}")));
+        let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        let rest = metric(&out, "rest");
+        println!("density {density}: contact over submerged weight {rest:.4}");
+        assert!((rest - 1.0).abs() < 0.01, "{density}: {rest}");
+    }
+}

@@ -162,3 +162,124 @@ fn a_sub_step_that_makes_energy_ends_a_run_as_unstable() {
     let (code, text, _) = run(10.0, &[]);
     assert_eq!(code, Some(0), "{text}");
 }
+
+/// A box without weight, the given grains in it, and the rest of a scene.
+fn weightless(grains: &str, dem: &str) -> String {
+    format!(
+        r#"
+until = 1.0
+gravity = [0.0, 0.0, -0.01]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [20.0, 20.0, 20.0]
+boundary = {{ x = "periodic", y = "periodic", z = "free-slip" }}
+{grains}
+[dem]
+{dem}
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.3
+contact_time = 0.01
+friction = 0.3
+[observe]
+every = 0.1
+"#
+    )
+}
+
+/// Rows of `grains.csv` at the end: x, and the velocity along x.
+fn ends(folder: &std::path::Path) -> Vec<[f64; 2]> {
+    let text = std::fs::read_to_string(folder.join("grains.csv")).expect("grains.csv");
+    let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let number = |cells: &[&str], at: usize| cells[at].parse().expect("a number");
+    rows.map(|row| row.split(',').collect::<Vec<_>>())
+        .map(|cells| [number(&cells, 1), number(&cells, 6)])
+        .collect()
+}
+
+/// The state of a run at 30 m/s, far above what the next scene's weight leads to, starts a scene that fixes,
+/// locks and leads some of the grains.
+#[test]
+fn what_a_scene_holds_stays_so_in_the_state_of_another() {
+    let folder = Folder::new("held");
+    let grain = |y: f64, more: &str| {
+        format!("[[grains]]\nposition = [6.0, {y}, 5.0]\nradius = 0.5\ndensity = 1.0\n{more}\n")
+    };
+    let fast = "velocity = [30.0, 0.0, 0.0]\nspin = [0.0, 0.0, 2.0]";
+    let first: String = [3.0, 6.0, 9.0, 12.0, 15.0].map(|y| grain(y, fast)).concat();
+    let held = [
+        grain(3.0, ""),
+        grain(6.0, "motion = \"fixed\""),
+        grain(9.0, "locked = [\"x\", \"spin-z\"]"),
+        grain(12.0, "motion = \"prescribed\""),
+        grain(15.0, "motion = \"prescribed\"\nvelocity = [1.0, 0.0, 0.0]"),
+    ];
+    let run = |name: &str, text: &str| {
+        let (scene, out) = (folder.write(&format!("{name}.toml"), text), folder.join(name));
+        let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+        let output = bedload(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        ends(&out)
+    };
+    let before = run("first", &weightless(&first, ""));
+    let after = run("second", &weightless(&held.concat(), "initial_state = \"first\""));
+    for (grain, (speed, moved)) in
+        [(30.0, 30.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0)].into_iter().enumerate()
+    {
+        let way = (after[grain][0] - before[grain][0]).rem_euclid(20.0);
+        let moved: f64 = f64::rem_euclid(moved, 20.0);
+        assert!((way - moved).abs() < 1e-6, "grain {grain}: {way} for {moved}");
+        assert!((after[grain][1] - speed).abs() < 1e-9, "grain {grain}: {:?}", after[grain]);
+    }
+}
+
+/// By the radius of the large grains the small one between them would overlap by 5 %.
+#[test]
+fn a_small_grain_does_not_vanish_between_large_ones() {
+    let folder = Folder::new("swallowed");
+    let grain = |z: f64, radius: f64, more: &str| {
+        format!("[[grains]]\nposition = [5.0, 5.0, {z}]\nradius = {radius}\ndensity = 1.0\n{more}\n")
+    };
+    let grains = [grain(1.0, 1.0, "motion = \"fixed\""), grain(2.05, 0.05, ""), grain(3.1, 1.0, "")].concat();
+    let heavy = weightless(&grains, "").replace("-0.01", "-1.0").replace("until = 1.0", "until = 3.0");
+    let (scene, out) = (folder.write("heavy.toml", &heavy), folder.join("out"));
+    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+    let text = said(&output);
+    assert!(output.status.code() != Some(0) && text.contains("of the smaller radius"), "{text}");
+}
+
+/// A plane stands in the region: grains come where they touch nothing, and nothing sets them in motion.
+#[test]
+fn insertions_keep_clear_of_walls() {
+    let folder = Folder::new("insert-wall");
+    let insertion = "[[insertions]]\ncount = 6\nlower = [0.0, 0.0, 1.0]\nupper = [20.0, 20.0, 1.9]\n\
+        radius = 0.4\ndensity = 1.0\nseed = 2\nrate = 10.0\n[[walls]]\npoint = [0.0, 0.0, 1.03]\n\
+        normal = [0.0, 0.0, 1.0]\n";
+    let text = weightless(insertion, "").replace("-0.01", "0.0");
+    let (scene, out) = (folder.write("insert.toml", &text), folder.join("out"));
+    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let table = std::fs::read_to_string(out.join("grains.csv")).expect("grains.csv");
+    let rows: Vec<&str> = table.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
+    assert_eq!(rows.len(), 6, "{table}");
+    for row in rows {
+        let speeds: Vec<f64> = row.split(',').skip(6).take(3).map(|v| v.parse().expect("a number")).collect();
+        assert_eq!(speeds, [0.0; 3], "{row}");
+    }
+}
+
+/// Beads let go in mid-air are slow at first, and do not rest.
+#[test]
+fn what_is_let_go_does_not_rest_at_once() {
+    let folder = Folder::new("let-go");
+    let bead = "[[grains]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.05\ndensity = 2.0\n";
+    let stop = "[stop_when]\nkinetic_energy_per_grain_below = 1e-5\n";
+    let text = weightless(bead, "").replace("-0.01", "-9.81").replace("[dem]\n", &format!("{stop}[dem]\n"));
+    let text = text.replace("restitution = 0.3", "restitution = 0.2").replace("free-slip", "no-slip");
+    let (scene, out) = (folder.write("fall.toml", &text), folder.join("out"));
+    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    // 0.45 m of free fall take 0.3 s.
+    assert!(summary(&out)["time"]["simulated"].as_f64().expect("a time") > 0.3, "{}", said(&output));
+}

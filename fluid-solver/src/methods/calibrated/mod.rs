@@ -58,6 +58,13 @@ const STEPS_AHEAD: f64 = 4.0;
 /// Way of a grain in such a step, over Δx, from which on touches count.
 const FAST: f64 = 0.05;
 
+/// Largest ν dt/Δx² while a grain alone rests on something: what the approach left of the force in the cells
+/// between them is forgotten in some 64 steps; at 2 it stays, and bears a third of the grain.
+const AT_REST: f64 = 0.1;
+
+/// Way of a grain at rest in a step that is allowed, over Δx, at most.
+const SLOW: f64 = 0.005;
+
 /// The calibrated method.
 pub struct Calibrated<const D: usize> {
     loads: GrainLoads,
@@ -233,6 +240,9 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         };
         if jumps.iter().zip(before).any(turns) {
             return AFTER_A_TOUCH;
+        }
+        if self.loads.rests(grains, SLOW * spacing / allowed) {
+            return (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0);
         }
         let until = self.loads.until_touch(grains, STEPS_AHEAD * allowed, fast);
         (until / (STEPS_AHEAD * allowed)).max(TO_A_TOUCH)

@@ -1,6 +1,7 @@
 //! Grains that are made: groups, rough walls, insertions.
 
 use super::check::{Check, finite, not_negative, positive};
+use super::missing;
 use crate::domain::Geometry;
 use crate::grains::Group;
 use crate::insertions::Insertion;
@@ -8,6 +9,7 @@ use crate::layout::too_many;
 use crate::rough_walls::RoughWall;
 use crate::shared::Scene;
 use crate::source::SceneSource;
+use bedload_over_time::OverTime;
 
 pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
     let geometry = scene.domain.geometry;
@@ -58,6 +60,12 @@ pub(super) fn rough_walls(scene: &Scene, source: &SceneSource) -> Check {
                 format_args!("is {number}; allowed: the number of a wall that does not turn, from 0"),
                 "name one of [[walls]] without `spin`, or leave it out: then the layer stays",
             )?;
+            source.refuse_if(
+                with.is_some_and(|wall| wall.from > 0.0 || wall.until.is_finite()),
+                &key("wall"),
+                format_args!("is {number}, which has `from` or `until`: grains are there all the time"),
+                "give the wall without them to the layer",
+            )?;
         }
         source.refuse_if(
             scene.domain.geometry == Geometry::Axisymmetric || !wall.is_flat(scene.domain.geometry),
@@ -91,6 +99,9 @@ pub(super) fn insertions(scene: &Scene, source: &SceneSource) -> Check {
         not_negative(source, &key("start"), insertion.start)?;
         finite(source, &key("velocity"), &insertion.velocity)?;
         finite(source, &key("rise"), &insertion.rise)?;
+        for (name, value) in [("velocity", insertion.velocity), ("rise", insertion.rise)] {
+            missing::along_axis(&OverTime::Constant(value), domain.geometry, &key(name), source)?;
+        }
         let shift = insertion.shift(f64::INFINITY);
         source.refuse_if(
             domain.geometry == Geometry::Axisymmetric || scene.medium.is_some(),

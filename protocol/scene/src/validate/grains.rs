@@ -67,6 +67,12 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         "starts a grain with a fluid whose velocity the scene does not say",
         "give [medium] with an `initial` other than \"run\", or leave the key out and give velocities",
     )?;
+    source.refuse_if(
+        grain.with_fluid && grain.motion != Motion::Free,
+        &key("with_fluid"),
+        "starts a grain with the fluid that is fixed or prescribed",
+        "leave it out, or leave out `motion`",
+    )?;
     let geometry = scene.domain.geometry;
     if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
         return Err(source.error(
@@ -83,6 +89,7 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         ));
     }
     missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
+    missing::of_spin(&grain.spin, geometry, &key("spin"), source)?;
     held(scene, index, grain, source)?;
     clear_of_outflow(scene, index, grain, source)?;
     inside(scene, index, grain, source)?;

@@ -34,6 +34,22 @@ pub(super) fn in_geometry(
     }
 }
 
+/// Refuses a spin of a grain other than about y in the plane, and any on the axis of symmetry.
+pub(super) fn of_spin(
+    value: &OverTime<[f64; 3]>,
+    geometry: Geometry,
+    key: &str,
+    source: &SceneSource,
+) -> Check {
+    match geometry {
+        Geometry::Space => Ok(()),
+        Geometry::Plane => refuse(value, &[0, 2], key, "out of the plane (x, z)", "about y alone", source),
+        Geometry::Axisymmetric => {
+            refuse(value, &[0, 1, 2], key, "not there on the axis of symmetry", "no spin", source)
+        }
+    }
+}
+
 /// Refuses some components.
 pub(super) fn refuse(
     value: &OverTime<[f64; 3]>,

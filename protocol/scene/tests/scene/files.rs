@@ -10,17 +10,22 @@ fn every_file_is_looked_up_from_the_scene_and_all_else_stays() {
                 file = \"../b.csv\" # here\n[[metrics]]\nname = \"n\"\nfile = \"/c.csv\"\n\
                 [dem]\ninitial_state = \"runs/d\"\ncommand = [\"bin/dem\", \"-q\", \"no-file\"]\n\
                 [fluid]\ncommand = [\"fluid\"]\n\
-                [medium]\ninitial = { type = \"run\", folder = \"runs/f\" }\n";
+                [medium]\ninitial = { type = \"run\", folder = \"runs/f\" }\n\
+                [[grains]]\nvelocity = { file = \"v.csv\" }\n[grains.spin]\nfile = \"w.csv\"\n\
+                [[walls]]\nservo = { pressure = { file = \"p.csv\" } }\n";
     let source = SceneSource { file: "/scenes/s.toml (with --set)".into(), text: text.into() };
     let expected = text
         .replace("a.csv", "/scenes/a.csv")
         .replace("../b.csv", "/b.csv")
         .replace("runs/d", "/scenes/runs/d")
         .replace("runs/f", "/scenes/runs/f")
-        .replace("bin/dem", "/scenes/bin/dem");
+        .replace("bin/dem", "/scenes/bin/dem")
+        .replace("v.csv", "/scenes/v.csv")
+        .replace("w.csv", "/scenes/w.csv")
+        .replace("p.csv", "/scenes/p.csv");
     assert_eq!(source.text_for_any_folder(), expected);
     let files = source.files();
-    assert_eq!(files.len(), 5);
+    assert_eq!(files.len(), 8);
     assert!(files.contains(&("dem.initial_state", PathBuf::from("/scenes/runs/d"))), "{files:?}");
     let again = SceneSource { file: "/other/s.toml".into(), text: expected.clone() };
     assert_eq!(again.text_for_any_folder(), expected);

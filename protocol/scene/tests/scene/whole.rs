@@ -311,3 +311,31 @@ fn a_table_none_of_whose_grains_is_taken_is_told() {
     assert!(none.notes.iter().any(|note| note.contains("none of 1 grains")), "{:?}", none.notes);
     std::fs::remove_file(&file).unwrap();
 }
+
+#[test]
+fn what_a_geometry_has_not_is_refused_of_spins_and_insertions() {
+    let plane = |more: &str| {
+        let text = format!(
+            "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [4.0, 4.0]\n\
+             boundary = {{ x = \"no-slip\", z = \"no-slip\" }}\n{more}"
+        );
+        CheckedScene::new(SceneSource { file: "s.toml".into(), text })
+    };
+    let grain = "[[grains]]\nposition = [2.0, 0.0, 2.0]\nradius = 0.5\ndensity = 2.0\n";
+    assert!(plane(&format!("{grain}spin = [0.0, 3.0, 0.0]\n")).is_ok());
+    for spin in ["[3.0, 0.0, 0.0]", "[0.0, 0.0, 3.0]"] {
+        let error = plane(&format!("{grain}spin = {spin}\n")).unwrap_err();
+        assert!(error.key == "grains[0].spin", "{error}");
+    }
+    let insertion = "[[insertions]]\ncount = 3\nlower = [0.0, 0.0, 2.0]\nupper = [4.0, 0.0, 4.0]\n\
+        radius = 0.1\ndensity = 1.0\nseed = 1\nrate = 1.0\n";
+    assert!(plane(insertion).is_ok(), "{:?}", plane(insertion).err());
+    for key in ["velocity", "rise"] {
+        let error = plane(&format!("{insertion}{key} = [0.0, 0.5, 0.0]\n")).unwrap_err();
+        assert!(error.key == format!("insertions[0].{key}"), "{error}");
+    }
+    let gate = "[[walls]]\npoint = [1.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\nuntil = 0.5\n[[rough_walls]]\n\
+        lower = [0.5, 0.0, 0.5]\nupper = [0.5, 0.0, 3.0]\nradius = 0.25\ndensity = 1.0\nwall = 0\n";
+    assert_eq!(plane(gate).unwrap_err().key, "rough_walls[0].wall");
+    assert!(plane(&gate.replace("until = 0.5\n", "")).is_ok());
+}
