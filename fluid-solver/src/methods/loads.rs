@@ -304,14 +304,14 @@ impl GrainLoads {
     }
 
     /// Whether a free grain that is slower than `slow`, m/s, touches something.
-    pub(super) fn rests<const D: usize>(&mut self, grains: &Grains<D>, slow: f64) -> bool {
+    pub(crate) fn rests<const D: usize>(&mut self, grains: &Grains<D>, slow: f64) -> bool {
         let Grains { immersed, memory, .. } = grains;
         self.by_gap.as_mut().is_some_and(|by_gap| by_gap.rests(immersed.shapes(), &memory.motions, slow))
     }
 
     /// Time, s, until the first free grain touches something that it nears faster than `fast`, m/s, as they
     /// move now; `dt` if that is longer.
-    pub(super) fn until_touch<const D: usize>(&mut self, grains: &Grains<D>, dt: f64, fast: f64) -> f64 {
+    pub(crate) fn until_touch<const D: usize>(&mut self, grains: &Grains<D>, dt: f64, fast: f64) -> f64 {
         let Grains { immersed, memory, .. } = grains;
         let by_gap = self.by_gap.as_mut();
         by_gap.map_or(dt, |by_gap| by_gap.until_touch(immersed.shapes(), &memory.motions, dt, fast))

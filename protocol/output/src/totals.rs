@@ -209,7 +209,10 @@ impl Bed {
                         let face = format!("{}_{side}_{}", LETTERS[across], LETTERS[c]);
                         let place = |name| at(&format!("{name}_{face}")).unwrap_or(usize::MAX);
                         let places = [FLUID_ON, CONTACTS_ON, FILMS_ON].map(place);
-                        make(&format!("wall_stress_{face}"), "Pa", Made::WallStress(places));
+                        // A face that nothing acts on has none.
+                        if places.iter().any(|place| *place != usize::MAX) {
+                            make(&format!("wall_stress_{face}"), "Pa", Made::WallStress(places));
+                        }
                     }
                 }
                 Total::BedHeight if sides.motion => make("bed_height", "m", Made::Height),

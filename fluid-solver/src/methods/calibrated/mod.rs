@@ -19,8 +19,9 @@ pub mod calibration;
 pub mod contact;
 pub mod iterations;
 pub(super) mod limits;
+mod touch;
 
-use super::grains::{Grains, Memory};
+use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::loads::GrainLoads;
 use super::needs::Needs;
@@ -46,24 +47,6 @@ use protocol::scheme::Scheme;
 /// about one over a cell, so this changes a cell's share by as much at most; and it never adds up, as every
 /// window expects a grain from where it truly is.
 const AS_EXPECTED: f64 = 1e-4;
-
-/// Least part of the step that is allowed with which a touch of a grain alone is met, and the part after it.
-/// docs/decisions/time-step.md
-const TO_A_TOUCH: f64 = 0.25;
-const AFTER_A_TOUCH: f64 = 0.1;
-
-/// Steps, of the length that is allowed, over which a touch is foreseen.
-const STEPS_AHEAD: f64 = 4.0;
-
-/// Way of a grain in such a step, over Δx, from which on touches count.
-const FAST: f64 = 0.05;
-
-/// Largest ν dt/Δx² while a grain alone rests on something: what the approach left of the force in the cells
-/// between them is forgotten in some 64 steps; at 2 it stays, and bears a third of the grain.
-const AT_REST: f64 = 0.1;
-
-/// Way of a grain at rest in a step that is allowed, over Δx, at most.
-const SLOW: f64 = 0.005;
 
 /// The calibrated method.
 pub struct Calibrated<const D: usize> {
@@ -231,21 +214,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         if !self.alone || self.contact.is_none() {
             return 1.0;
         }
-        let fast = FAST * spacing / allowed;
-        let norm = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let Memory { jumps, before, .. } = &grains.memory;
-        let turns = |(jump, before): (&[f64; 3], &Motion)| {
-            let speed = norm(&before.velocity);
-            speed > fast && norm(jump) > 0.5 * speed
-        };
-        if jumps.iter().zip(before).any(turns) {
-            return AFTER_A_TOUCH;
-        }
-        if self.loads.rests(grains, SLOW * spacing / allowed) {
-            return (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0);
-        }
-        let until = self.loads.until_touch(grains, STEPS_AHEAD * allowed, fast);
-        (until / (STEPS_AHEAD * allowed)).max(TO_A_TOUCH)
+        touch::part_of_step(&mut self.loads, grains, allowed, spacing)
     }
 
     /// Finds the cells that hold force, and the virtual masses of the window before.

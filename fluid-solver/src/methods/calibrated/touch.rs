@@ -1,0 +1,50 @@
+//! What the touches of a grain that alone moves do to the step (docs/decisions/time-step.md).
+//!
+//! The viscous force of the window of a touch is that of the approach: the step shortens before a touch, and
+//! begins anew after it. While the grain rests its step is short.
+
+use crate::immersed::body::Motion;
+use crate::methods::grains::{Grains, Memory};
+use crate::methods::loads::GrainLoads;
+
+/// Least part of the step that is allowed with which a touch is met, and the part after it.
+const TO_A_TOUCH: f64 = 0.25;
+const AFTER_A_TOUCH: f64 = 0.1;
+
+/// Steps, of the length that is allowed, over which a touch is foreseen.
+const STEPS_AHEAD: f64 = 4.0;
+
+/// Way of a grain in such a step, over Δx, from which on touches count.
+const FAST: f64 = 0.05;
+
+/// Largest ν dt/Δx² while a grain rests on something: what the approach left of the force in the cells
+/// between them is forgotten in some 64 steps; at 2 it stays, and bears a third of the grain.
+const AT_REST: f64 = 0.1;
+
+/// Way of a grain at rest in a step that is allowed, over Δx, at most.
+const SLOW: f64 = 0.005;
+
+/// Part of the step `allowed`, s, that a touch in the last window leaves of it, or one that is near;
+/// `spacing`: smallest cell, m.
+pub(super) fn part_of_step<const D: usize>(
+    loads: &mut GrainLoads,
+    grains: &Grains<D>,
+    allowed: f64,
+    spacing: f64,
+) -> f64 {
+    let fast = FAST * spacing / allowed;
+    let norm = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let Memory { jumps, before, .. } = &grains.memory;
+    let turns = |(jump, before): (&[f64; 3], &Motion)| {
+        let speed = norm(&before.velocity);
+        speed > fast && norm(jump) > 0.5 * speed
+    };
+    if jumps.iter().zip(before).any(turns) {
+        return AFTER_A_TOUCH;
+    }
+    if loads.rests(grains, SLOW * spacing / allowed) {
+        return (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0);
+    }
+    let until = loads.until_touch(grains, STEPS_AHEAD * allowed, fast);
+    (until / (STEPS_AHEAD * allowed)).max(TO_A_TOUCH)
+}
