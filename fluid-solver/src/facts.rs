@@ -191,15 +191,18 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     })
 }
 
-/// A value over time that spheres follow and that all but jumps: what its short steps leave in the force on
-/// them grows as the steps grow again (docs/limits.md).
+/// A value over time that spheres feel and that all but jumps: what its short steps leave in the force on
+/// them grows as the steps grow again (docs/limits.md). A jump of a sphere's own velocity goes to the fluid
+/// at once.
 fn sudden(scene: &CheckedScene, plan: &Plan) -> Option<String> {
     let until = scene.scene.until;
     let space = scene.scene.domain.geometry != Geometry::Plane;
     let spheres = space && plan.fixed.is_none() && !scene.grains.is_empty();
     let ramp = |value: &OverTime<[f64; 3]>| value.largest(until) / value.fastest(until);
-    let short = |ramp: &f64| spheres && *ramp < SUDDEN * plan.ceiling;
-    let found = changing(scene).into_iter().find(|changing| short(&ramp(&changing.value)))?;
+    let moves = |key: &str| key.starts_with("grains[") && key.ends_with(".velocity");
+    let found = changing(scene)
+        .into_iter()
+        .find(|changing| spheres && !moves(&changing.key) && ramp(&changing.value) < SUDDEN * plan.ceiling)?;
     Some(format!(
         "{} changes within {:.1e} s, where steps of up to {:.1e} s are to follow: the forces on spheres may be wrong \
          for long after it; let it change over {:.1e} s or more, or give a short fluid.time.dt",

@@ -15,7 +15,7 @@
 
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
-use crate::grid::Grid;
+use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape};
 use crate::scene_grains;
@@ -182,6 +182,17 @@ impl LoadsRule {
     }
 }
 
+/// Windows below this ν dt/Δx² are too short for viscosity: in them what a scene moves jumps.
+const BRIEF: f64 = 0.01;
+
+/// Change of the velocity of a grain that is led, if it is much of it.
+fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
+    let change: [f64; 3] = std::array::from_fn(|c| now.velocity[c] - before.velocity[c]);
+    let square = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>();
+    let speed = square(&before.velocity).max(square(&now.velocity));
+    if square(&change) > LEAST_JUMP[0].powi(2) * speed { change } else { [0.0; 3] }
+}
+
 /// The loads of all grains.
 pub struct GrainLoads {
     rule: LoadsRule,
@@ -282,14 +293,19 @@ impl GrainLoads {
     /// Finds ΔU_c of the window of length `dt` whose motion came back, of grains that touch one other thing
     /// at most: what several contacts do to each other takes more windows than one.
     pub(super) fn find_jumps<const D: usize>(&self, grid: &Grid<D>, grains: &mut Grains<D>, dt: f64) {
+        let brief = grains.model.viscosity * dt < BRIEF * grid.smallest_width().powi(2);
+        let brief = brief && grid.geometry != Geometry::Plane;
         let Memory { motions, before, jumps, .. } = &mut grains.memory;
         let motions = before.iter().zip(motions);
         let known = self.measured.iter().zip(grains.immersed.shapes());
         for ((jump, (m, shape)), (before, now)) in jumps.iter_mut().zip(known).zip(motions) {
             // A grain that is out of the box holds no fluid.
             let holds = m.volume.is_none_or(|volume| volume.iter().any(|volume| *volume > 0.0));
-            let counts = m.near > 0.0 && holds;
-            *jump = if counts { self.rule.jump(shape, m, [before, now], dt) } else { [0.0; 3] };
+            *jump = match (m.led, m.near > 0.0) {
+                (true, _) if brief && holds => led_jump(before, now),
+                (false, true) if holds => self.rule.jump(shape, m, [before, now], dt),
+                _ => [0.0; 3],
+            };
         }
         // The first rank alone knows what was sent.
         let ranks = grid.division.ranks();

@@ -52,7 +52,7 @@ impl Needs {
             jumps: choices.method == Method::Calibrated
                 && scheme != Scheme::Iterated
                 && !choices.calibration.without_virtual_mass
-                && scene.grains.iter().any(|grain| grain.motion == Motion::Free),
+                && scene.grains.iter().any(|grain| grain.motion == Motion::Free || grain.velocity.varies()),
         }
     }
 }

@@ -90,7 +90,7 @@ impl<const D: usize> Contact<D> {
         let model = MaskModel { mask: Mask::Izard2014, dt: 1.0, ..grains.model };
         for (grain, motion) in self.motions.iter_mut().enumerate() {
             let jump = memory.jumps[grain];
-            let place = memory.before[grain].predicted(parts[grain] * dt);
+            let place = memory.before[grain].predicted(parts.get(grain).unwrap_or(&1.0) * dt);
             *motion = Motion { velocity: jump, spin: [0.0; 3], ..place };
             let holds = jump != [0.0; 3] || !self.free[grain];
             let radius = self.immersed.shapes()[grain].radius;
