@@ -231,10 +231,13 @@ fn climb(
         }
         if place + 1 == planned.len() {
             return Err(Failure::Run(format!(
-                "not as exact as asked: {name} is within {} % by estimate, {} % was asked for; the \
-                 next grid costs more than {DEAREST} times the first two and {CHEAP} s, or breaks a bound: \
-                 ask for less{}{}",
-                Short(100.0 * error),
+                "not as exact as asked: {name} {}, {} % was asked for; the next grid costs more than {DEAREST} \
+                 times the first two and {CHEAP} s, or breaks a bound: ask for less{}{}",
+                if error.is_finite() {
+                    format!("is within {} % by estimate", Short(100.0 * error))
+                } else {
+                    "has no estimate, as it has no value on one of the last three grids".to_owned()
+                },
                 Short(100.0 * target),
                 if follows { "" } else { "; " },
                 if follows { "" } else { STEPS }
