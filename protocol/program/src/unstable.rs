@@ -101,7 +101,6 @@ pub(crate) struct Seen {
     grown: u32,
     began: u64,
     /// Largest speed at the end of the first window of a run that starts from the state of another, m/s.
-    #[serde(default)]
     start: f64,
 }
 
