@@ -142,14 +142,21 @@ impl Dem {
         first
     }
 
-    /// The largest overlap of two grains over the smaller radius, or of a grain and a wall over its radius.
+    /// The largest overlap of two grains of which one is free over the smaller radius, or of a free grain and
+    /// a wall over its radius.
     #[must_use]
     pub fn deepest(&self) -> f64 {
-        let radius = &self.grains.radius;
+        let g = &self.grains;
         let mut deepest = 0.0_f64;
-        self.each_overlap(|i, j, overlap| deepest = deepest.max(overlap / radius[i].min(radius[j])));
-        let grains = self.grains.position.iter().zip(radius);
-        grains.fold(deepest, |deepest, (x, radius)| deepest.max(-self.gap_to_walls(x, *radius) / radius))
+        self.each_overlap(|i, j, overlap| {
+            if g.responds(i) || g.responds(j) {
+                deepest = deepest.max(overlap / g.radius[i].min(g.radius[j]));
+            }
+        });
+        let free = (0..g.len()).filter(|i| g.responds(*i));
+        free.fold(deepest, |deepest, i| {
+            deepest.max(-self.gap_to_walls(&g.position[i], g.radius[i]) / g.radius[i])
+        })
     }
 
     /// Gap between a round grain of radius `radius` at `x` and the nearest wall that is there, m.
