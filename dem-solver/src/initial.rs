@@ -64,16 +64,16 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
 /// Gives grains of which this scene says how they move that motion, and keeps what it holds at rest.
 fn hold(dem: &Dem, state: &mut State) {
     let g = &dem.grains;
+    let free = |v: [f64; 3], along: Vec3| Vec3::from(v).component_mul(&along);
     for i in 0..g.len() {
-        let led = (g.motion[i] != Motion::Free).then(|| g.motion[i].velocity_at(0.0));
-        let [velocity, spin] = led.map_or([None; 2], |(velocity, spin)| [Some(velocity), Some(spin)]);
-        for (now, rate, free, led) in [
-            (&mut state.velocity[i], &mut state.acceleration[i], g.translation[i], velocity),
-            (&mut state.spin[i], &mut state.spin_acceleration[i], g.rotation[i], spin),
-        ] {
-            let of_free = |v: [f64; 3]| Vec3::from(v).component_mul(&free);
-            (*now, *rate) = (led.unwrap_or_else(|| of_free(*now)).into(), of_free(*rate).into());
-        }
+        let (along, about) = (g.translation[i], g.rotation[i]);
+        let (velocity, spin) = match &g.motion[i] {
+            Motion::Free => (free(state.velocity[i], along), free(state.spin[i], about)),
+            led => led.velocity_at(0.0),
+        };
+        (state.velocity[i], state.spin[i]) = (velocity.into(), spin.into());
+        state.acceleration[i] = free(state.acceleration[i], along).into();
+        state.spin_acceleration[i] = free(state.spin_acceleration[i], about).into();
     }
 }
 

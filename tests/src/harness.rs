@@ -138,6 +138,29 @@ pub fn summary(folder: &Path) -> serde_json::Value {
     serde_json::from_str(&text).expect("summary.json is JSON")
 }
 
+/// Runs a scene into `out` with further arguments, to its end.
+///
+/// # Panics
+/// If it does not end well.
+pub fn complete(scene: &Path, out: &Path, more: &[&str]) {
+    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
+    arguments.extend(more);
+    let output = bedload(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
+/// Numbers of a column of `series.csv`.
+///
+/// # Panics
+/// If there is none.
+pub fn column(out: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let place = lines.next().and_then(|head| head.split(',').position(|column| column == name));
+    let place = place.unwrap_or_else(|| panic!("no column {name} in {text:.300}"));
+    lines.map(|line| line.split(',').nth(place).expect("a cell").to_owned()).collect()
+}
+
 /// Waits until `done`, at most `seconds`; says how long it took.
 ///
 /// # Errors

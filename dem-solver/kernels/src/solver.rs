@@ -3,7 +3,7 @@
 use crate::bulk::engine::Bulk;
 use crate::bulk::requirements;
 use crate::error::SpecError;
-use crate::general::bodies::BodyContacts;
+use crate::general::bodies::{BodyContacts, gap_between, gap_to_wall};
 use crate::general::engine::General;
 use crate::grain::{Grain, Shape};
 use crate::grains::{Grains, Response};
@@ -153,10 +153,14 @@ impl Dem {
                 deepest = deepest.max(overlap / g.radius[i].min(g.radius[j]));
             }
         });
-        let free = (0..g.len()).filter(|i| g.responds(*i));
-        free.fold(deepest, |deepest, i| {
-            deepest.max(-self.gap_to_walls(&g.position[i], g.radius[i]) / g.radius[i])
-        })
+        let bodies = self.bodies_now();
+        for wall in self.around.walls.iter().filter(|wall| wall.acts(self.time)) {
+            for i in (0..g.len()).filter(|i| g.responds(*i)) {
+                let gap = gap_to_wall((g, bodies.as_deref()), i, wall, self.time);
+                deepest = deepest.max(-gap / g.radius[i]);
+            }
+        }
+        deepest
     }
 
     /// Gap between a round grain of radius `radius` at `x` and the nearest wall that is there, m.
@@ -172,11 +176,7 @@ impl Dem {
         let bodies = self.bodies_now();
         let round = lists.pairs.entries().map(|(i, k)| (i, lists.pairs.other[k] as usize));
         for (i, j) in round.chain(lists.body_pairs.iter().map(|[i, j]| (*i as usize, *j as usize))) {
-            let overlap = match bodies.as_deref().filter(|_| !(g.is_round(i) && g.is_round(j))) {
-                Some(bodies) => -bodies.distance(g, periods, i, j),
-                None => g.radius[i] + g.radius[j] - periods.nearest(g.position[i] - g.position[j]).norm(),
-            };
-            each(i, j, overlap);
+            each(i, j, -gap_between((g, bodies.as_deref()), periods, [i, j], f64::INFINITY));
         }
     }
 

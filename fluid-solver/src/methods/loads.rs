@@ -319,18 +319,19 @@ impl GrainLoads {
         self.by_gap.as_ref().map_or(&[], ByGap::touches)
     }
 
-    /// Whether a free grain that is slower than `slow`, m/s, touches something.
-    pub(crate) fn rests<const D: usize>(&mut self, grains: &Grains<D>, slow: f64) -> bool {
-        let Grains { immersed, memory, .. } = grains;
-        self.by_gap.as_mut().is_some_and(|by_gap| by_gap.rests(immersed.shapes(), &memory.motions, slow))
-    }
-
     /// Time, s, until the first free grain touches something that it nears faster than `fast`, m/s, as they
-    /// move now; `dt` if that is longer.
-    pub(crate) fn until_touch<const D: usize>(&mut self, grains: &Grains<D>, dt: f64, fast: f64) -> f64 {
+    /// move now; `dt` if that is longer. None where one that is slower than `slow`, m/s, touches something.
+    pub(crate) fn until_touch<const D: usize>(
+        &mut self,
+        grains: &Grains<D>,
+        dt: f64,
+        slow_fast: [f64; 2],
+    ) -> Option<f64> {
         let Grains { immersed, memory, .. } = grains;
-        let by_gap = self.by_gap.as_mut();
-        by_gap.map_or(dt, |by_gap| by_gap.until_touch(immersed.shapes(), &memory.motions, dt, fast))
+        match &mut self.by_gap {
+            Some(by_gap) => by_gap.until_touch(immersed.shapes(), &memory.motions, dt, slow_fast),
+            None => Some(dt),
+        }
     }
 
     /// Finds the virtual masses of the window before.

@@ -5,25 +5,19 @@ use std::path::Path;
 use std::process::Output;
 
 use protocol::log::{Topic, flip_bit};
-use tests::harness::{Folder, SMALL_BOUNCE, bedload, metric, said, signal, start, summary, wait_until};
+use tests::harness::{
+    Folder, SMALL_BOUNCE, bedload, complete, metric, said, signal, start, summary, wait_until,
+};
 
 fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// Runs the small bounce into `out` with further arguments.
-fn run(scene: &Path, out: &Path, more: &[&str]) {
-    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-    arguments.extend(more);
-    let output = bedload(&arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
 }
 
 #[test]
 fn the_main_job_leaves_everything_it_promises() {
     let folder = Folder::new("main-job");
     let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
-    run(&scene, &out, &[]);
+    complete(&scene, &out, &[]);
     for name in
         ["scene.toml", "summary.json", "series.csv", "exchange.mcap", "report.html", "checkpoint", "fields"]
     {
@@ -47,7 +41,7 @@ fn the_same_bits_for_any_number_of_threads_and_twice() {
         .into_iter()
         .map(|(name, threads)| {
             let out = folder.join(name);
-            run(&scene, &out, &["--threads", threads, "--no-record"]);
+            complete(&scene, &out, &["--threads", threads, "--no-record"]);
             assert!(!out.join("exchange.mcap").exists(), "--no-record recorded");
             text(&out.join("series.csv"))
         })
@@ -71,7 +65,7 @@ fn the_same_bits_after_an_interrupt_and_resume() {
     let folder = Folder::new("resume");
     let scene = folder.write("bounce.toml", SMALL_BOUNCE);
     let (whole, parts) = (folder.join("whole"), folder.join("parts"));
-    run(&scene, &whole, &[]);
+    complete(&scene, &whole, &[]);
     // On a machine that stands still at the wrong moment the run is over before the signal comes: once more,
     // then.
     let mut output = interrupt(&scene, &parts);
@@ -87,7 +81,7 @@ fn the_same_bits_after_an_interrupt_and_resume() {
     assert!(reached > 0.0 && reached < 3.0, "interrupted at t = {reached}");
     let log = bedload(&["log", "info", parts.join("exchange.mcap").to_str().expect("UTF-8")]);
     assert_eq!(log.status.code(), Some(0), "{}", said(&log));
-    run(&scene, &parts, &["--resume"]);
+    complete(&scene, &parts, &["--resume"]);
     assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")));
     assert_eq!(summary(&parts)["metrics"], summary(&whole)["metrics"]);
 }
@@ -99,10 +93,10 @@ fn a_finished_run_goes_on_past_its_end() {
     let (whole, parts) = (folder.join("whole"), folder.join("parts"));
     // Both ends are whole numbers of windows, without a rounding.
     let dt = ["--set", "fluid.time.dt=0.0078125"];
-    run(&scene, &whole, &dt);
-    run(&scene, &parts, &[&dt[..], &["--until", "1.5"]].concat());
+    complete(&scene, &whole, &dt);
+    complete(&scene, &parts, &[&dt[..], &["--until", "1.5"]].concat());
     assert_eq!(summary(&parts)["time"]["simulated"], 1.5);
-    run(&scene, &parts, &[&dt[..], &["--resume"]].concat());
+    complete(&scene, &parts, &[&dt[..], &["--resume"]].concat());
     assert!(text(&parts.join("series.csv")) == text(&whole.join("series.csv")), "series.csv differs");
     assert_eq!(summary(&parts)["metrics"], summary(&whole)["metrics"]);
     assert_eq!(text(&parts.join("scene.toml")), text(&whole.join("scene.toml")));
@@ -122,7 +116,7 @@ fn a_finished_run_goes_on_past_its_end() {
 fn a_log_replays_bit_for_bit_in_both_directions_and_a_flipped_bit_is_named() {
     let folder = Folder::new("replay");
     let (scene, out) = (folder.write("bounce.toml", SMALL_BOUNCE), folder.join("out"));
-    run(&scene, &out, &[]);
+    complete(&scene, &out, &[]);
     let log = out.join("exchange.mcap");
     let replay = |log: &Path, side: &str| {
         bedload(&["replay", log.to_str().expect("UTF-8"), "--drive", side, "--verify"])
@@ -177,9 +171,7 @@ kind = "resting-force-ratio"
 "#
         );
         let (scene, out) = (folder.write("rest.toml", &text), folder.join(&format!("out-{density}")));
-        let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-        let output = bedload(&arguments);
-        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        complete(&scene, &out, &[]);
         let rest = metric(&out, "rest");
         println!("density {density}: contact over submerged weight {rest:.4}");
         assert!((rest - 1.0).abs() < 0.01, "{density}: {rest}");

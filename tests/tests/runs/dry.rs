@@ -1,6 +1,6 @@
 //! Runs of the DEM alone, through `bedload run`.
 
-use tests::harness::{Folder, bedload, said, summary};
+use tests::harness::{Folder, bedload, complete, said, summary};
 
 /// One grain at rest, one that leaves the box at t = 0.8.
 const TWO_GRAINS: &str = r#"
@@ -216,10 +216,8 @@ fn what_a_scene_holds_stays_so_in_the_state_of_another() {
         grain(15.0, "motion = \"prescribed\"\nvelocity = [1.0, 0.0, 0.0]"),
     ];
     let run = |name: &str, text: &str| {
-        let (scene, out) = (folder.write(&format!("{name}.toml"), text), folder.join(name));
-        let arguments = ["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-        let output = bedload(&arguments);
-        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        let out = folder.join(name);
+        complete(&folder.write(&format!("{name}.toml"), text), &out, &[]);
         ends(&out)
     };
     let before = run("first", &weightless(&first, ""));
@@ -257,9 +255,8 @@ fn insertions_keep_clear_of_walls() {
         radius = 0.4\ndensity = 1.0\nseed = 2\nrate = 10.0\n[[walls]]\npoint = [0.0, 0.0, 1.03]\n\
         normal = [0.0, 0.0, 1.0]\n";
     let text = weightless(insertion, "").replace("-0.01", "0.0");
-    let (scene, out) = (folder.write("insert.toml", &text), folder.join("out"));
-    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let out = folder.join("out");
+    complete(&folder.write("insert.toml", &text), &out, &[]);
     let table = std::fs::read_to_string(out.join("grains.csv")).expect("grains.csv");
     let rows: Vec<&str> = table.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
     assert_eq!(rows.len(), 6, "{table}");
@@ -277,9 +274,8 @@ fn what_is_let_go_does_not_rest_at_once() {
     let stop = "[stop_when]\nkinetic_energy_per_grain_below = 1e-5\n";
     let text = weightless(bead, "").replace("-0.01", "-9.81").replace("[dem]\n", &format!("{stop}[dem]\n"));
     let text = text.replace("restitution = 0.3", "restitution = 0.2").replace("free-slip", "no-slip");
-    let (scene, out) = (folder.write("fall.toml", &text), folder.join("out"));
-    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let out = folder.join("out");
+    complete(&folder.write("fall.toml", &text), &out, &[]);
     // 0.45 m of free fall take 0.3 s.
-    assert!(summary(&out)["time"]["simulated"].as_f64().expect("a time") > 0.3, "{}", said(&output));
+    assert!(summary(&out)["time"]["simulated"].as_f64().expect("a time") > 0.3);
 }

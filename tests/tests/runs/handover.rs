@@ -6,7 +6,7 @@ use std::path::Path;
 use bedload_scene::{CheckedScene, SceneSource};
 use fluid_solver::field::for_each_unknown;
 use fluid_solver::solver::Solver;
-use tests::harness::{Folder, bedload, said, summary};
+use tests::harness::{Folder, bedload, column, complete, said, summary};
 
 /// Discs that fall, two of them in touch from early on; none reaches the wall. Windows and ends are binary
 /// numbers.
@@ -66,13 +66,6 @@ fn second() -> String {
         .replace("STATE", "initial_state = \"a\"")
 }
 
-fn run(scene: &Path, out: &Path, more: &[&str]) {
-    let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
-    arguments.extend(more);
-    let output = bedload(&arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-}
-
 /// The grains at the end, without the comment that tells the time.
 fn grains(out: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(out.join("grains.csv")).expect("grains.csv");
@@ -88,24 +81,15 @@ fn state(out: &Path, role: &str, head: usize) -> Vec<u8> {
     bytes[64 + identity + head..].to_vec()
 }
 
-/// Numbers of a column of `series.csv`.
-fn column(out: &Path, name: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
-    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let place = lines.next().and_then(|head| head.split(',').position(|column| column == name));
-    let place = place.unwrap_or_else(|| panic!("no column {name} in {text:.300}"));
-    lines.map(|line| line.split(',').nth(place).expect("a cell").to_owned()).collect()
-}
-
 #[test]
 fn on_the_same_grid_the_run_goes_on_bit_for_bit() {
     let folder = Folder::new("handover-same");
     let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
     let (whole, a, b) = (folder.join("whole"), folder.join("a"), folder.join("b"));
     // Half of it ends in a touch.
-    run(&first, &whole, &["--until", "1.03125"]);
-    run(&first, &a, &["--until", "0.515625"]);
-    run(&second, &b, &["--until", "0.515625"]);
+    complete(&first, &whole, &["--until", "1.03125"]);
+    complete(&first, &a, &["--until", "0.515625"]);
+    complete(&second, &b, &["--until", "0.515625"]);
     assert_eq!(summary(&b)["time"]["simulated"], 0.515625);
     let touches: f64 = column(&a, "largest_overlap").last().expect("a row").parse().expect("a number");
     assert!(touches > 0.0, "no spring is handed over");
@@ -120,7 +104,7 @@ fn on_the_same_grid_the_run_goes_on_bit_for_bit() {
     // Without its fluid the same scene goes another way.
     let still = folder.write("still.toml", &second_without_fluid());
     let c = folder.join("c");
-    run(&still, &c, &["--until", "0.515625"]);
+    complete(&still, &c, &["--until", "0.515625"]);
     assert_ne!(grains(&c), grains(&whole));
     // The log has the whole path.
     let log = b.join("exchange.mcap");
@@ -154,7 +138,7 @@ fn start(path: &Path, overrides: &[&str]) -> (Solver<2>, f64, [f64; 2]) {
 fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
     let folder = Folder::new("handover-finer");
     let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
-    run(&first, &folder.join("a"), &["--until", "0.5"]);
+    complete(&first, &folder.join("a"), &["--until", "0.5"]);
     let finer = ["domain.cells=[64, 96]"];
     let (coarse, energy, mean) = start(&second, &[]);
     let (fine, finer_energy, finer_mean) = start(&second, &finer);
@@ -178,7 +162,7 @@ fn a_grid_twice_as_fine_starts_with_the_same_flow_and_goes_on() {
     }
     let out = folder.join("c");
     let cells = ["--set", "domain.cells=[64, 96]", "--set", "fluid.time.dt=0.00390625", "--until", "0.125"];
-    run(&second, &out, &cells);
+    complete(&second, &out, &cells);
     assert_eq!(summary(&out)["status"], "completed");
     let falls: Vec<f64> =
         column(&out, "velocity_z[1]").iter().map(|v| v.parse().expect("a number")).collect();
@@ -195,7 +179,7 @@ fn a_run_is_not_replaced_by_one_that_starts_from_it() {
     let folder = Folder::new("handover-onto");
     let (first, second) = (folder.write("first.toml", &first()), folder.write("second.toml", &second()));
     let a = folder.join("a");
-    run(&first, &a, &["--until", "0.125"]);
+    complete(&first, &a, &["--until", "0.125"]);
     let before = grains(&a);
     let onto = ["run", second.to_str().expect("UTF-8"), "--out", a.to_str().expect("UTF-8"), "--overwrite"];
     let output = bedload(&onto);
@@ -270,7 +254,7 @@ fn grains_leave_through_an_outflow_and_those_that_stay_go_on_and_start_another_r
         .replace("STATE", "initial_state = \"a\"");
     let (first, second) = (folder.write("first.toml", &both), folder.write("second.toml", &next));
     let (a, b, whole) = (folder.join("a"), folder.join("b"), folder.join("whole"));
-    run(&first, &a, &["--until", "0.1953125"]);
+    complete(&first, &a, &["--until", "0.1953125"]);
     // The first is out, and keeps the velocity with which it left; the other is still in the stream.
     let left = grains(&a);
     assert!(left.len() == 2 && left[1].starts_with("1,"), "{left:?}");
@@ -279,11 +263,11 @@ fn grains_leave_through_an_outflow_and_those_that_stay_go_on_and_start_another_r
         column(&a, "position_x[0]").iter().map(|place| place.parse().expect("a number")).collect();
     let out = places.iter().position(|place| *place > 0.084).expect("it leaves");
     assert!(speeds.len() > out + 10 && speeds[out + 1..].iter().all(|speed| *speed == speeds[out + 1]));
-    run(&second, &b, &["--until", "0.048828125"]);
+    complete(&second, &b, &["--until", "0.048828125"]);
     assert_eq!(column(&b, "position_x[0]").len(), column(&b, "t").len());
     // Resumed, the other leaves, too: the same bits as in one go.
-    run(&first, &whole, &[]);
-    run(&first, &a, &["--resume"]);
+    complete(&first, &whole, &[]);
+    complete(&first, &a, &["--resume"]);
     assert_eq!(grains(&a), grains(&whole));
     assert_eq!(grains(&a).len(), 1, "the head alone");
     assert_eq!(column(&a, "position_x[1]"), column(&whole, "position_x[1]"));
@@ -322,11 +306,11 @@ fn a_bed_at_rest_goes_on_and_a_state_that_is_not_there_costs_no_run() {
     let rests = "stop_when = { kinetic_energy_per_grain_below = 1e-6, after = 1.0 }";
     let settle = BED.replace("WHEN", rests).replace("GRAINS", group).replace("STATE", "");
     let settle = folder.write("settle.toml", &settle);
-    run(&settle, &folder.join("a"), &[]);
+    complete(&settle, &folder.join("a"), &[]);
     let file = "[[grain_files]]\nfile = \"a/grains.csv\"\n";
     let on = BED.replace("WHEN", "").replace("GRAINS", file).replace("STATE", "initial_state = \"a\"");
     let on = folder.write("on.toml", &on);
-    run(&on, &folder.join("b"), &["--until", "1"]);
+    complete(&on, &folder.join("b"), &["--until", "1"]);
 
     let rows = std::fs::read(folder.join("b").join("series.csv")).expect("rows");
     let (scene, out) = (on.to_str().expect("UTF-8"), folder.join("b"));
@@ -351,7 +335,7 @@ fn a_bed_at_rest_goes_on_and_a_state_that_is_not_there_costs_no_run() {
 #[test]
 fn a_motion_that_is_not_that_of_the_state_is_refused() {
     let folder = Folder::new("other-motion");
-    run(&folder.write("first.toml", &first()), &folder.join("a"), &["--until", "0.5"]);
+    complete(&folder.write("first.toml", &first()), &folder.join("a"), &["--until", "0.5"]);
     let table = std::fs::read_to_string(folder.join("a").join("grains.csv")).expect("a table");
     let mut rows: Vec<Vec<String>> = Vec::new();
     for line in table.lines().filter(|line| !line.starts_with('#')) {

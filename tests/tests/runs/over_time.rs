@@ -1,7 +1,7 @@
 //! Values that change over time, in a coupled run: the same bits after a resume and in a replay, and columns
 //! that say what they were.
 
-use tests::harness::{Folder, bedload, metric, said};
+use tests::harness::{Folder, bedload, column, complete, metric, said};
 
 const SCENE: &str = r#"
 until = 0.5
@@ -151,15 +151,9 @@ every = 0.0
 "#,
         0.2 + ramp
     );
-    let (scene, out) = (folder.write("jump.toml", &text), folder.join(&format!("out-{ramp}")));
-    let output = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    let series = std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
-    let mut lines = series.lines().filter(|line| !line.starts_with('#'));
-    let head = lines.next().expect("a head");
-    let place = head.split(',').position(|name| name == "hydrodynamic_force_x[0]").expect(head);
-    let last = lines.next_back().expect("a row");
-    last.split(',').nth(place).expect("a cell").parse().expect("a number")
+    let out = folder.join(&format!("out-{ramp}"));
+    complete(&folder.write("jump.toml", &text), &out, &[]);
+    column(&out, "hydrodynamic_force_x[0]").last().expect("a row").parse().expect("a number")
 }
 
 /// What jumps within a small part of the steps to follow moves the fluid as an impulse does, and little

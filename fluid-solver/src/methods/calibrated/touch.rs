@@ -42,9 +42,9 @@ pub(super) fn part_of_step<const D: usize>(
     if jumps.iter().zip(before).any(turns) {
         return AFTER_A_TOUCH;
     }
-    if loads.rests(grains, SLOW * spacing / allowed) {
-        return (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0);
+    let ahead = STEPS_AHEAD * allowed;
+    match loads.until_touch(grains, ahead, [SLOW * spacing / allowed, fast]) {
+        Some(until) => (until / ahead).max(TO_A_TOUCH),
+        None => (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0),
     }
-    let until = loads.until_touch(grains, STEPS_AHEAD * allowed, fast);
-    (until / (STEPS_AHEAD * allowed)).max(TO_A_TOUCH)
 }

@@ -154,40 +154,36 @@ impl ByGap {
     }
 
     /// Time, s, until the first free grain touches a wall or another grain that it nears faster than `fast`,
-    /// m/s, if all go on as they move `now`; `dt` if that is longer.
-    pub fn until_touch(&mut self, shapes: &[Shape], now: &[Motion], dt: f64, fast: f64) -> f64 {
-        let mut part = 1.0_f64;
-        self.each_gap(shapes, now, dt, |_, gaps| {
+    /// m/s, if all go on as they move `now`; `dt` if that is longer. None where one that is slower than
+    /// `slow`, m/s, touches something already.
+    pub fn until_touch(
+        &mut self,
+        shapes: &[Shape],
+        now: &[Motion],
+        dt: f64,
+        [slow, fast]: [f64; 2],
+    ) -> Option<f64> {
+        let Self { walls, free, neighbours, then, .. } = self;
+        then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
+        let (mut part, mut rests) = (1.0_f64, false);
+        let mut take = |grain: usize, gaps: [f64; 2]| {
+            let speed = now[grain].velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            rests |= gaps[0] <= 0.0 && speed < slow;
             if gaps[0] > 0.0 && gaps[0] - gaps[1] > fast * dt {
                 part = part.min(closes(gaps));
             }
-        });
-        part * dt
-    }
-
-    /// Whether a free grain that is slower than `slow`, m/s, touches a wall or another grain.
-    pub fn rests(&mut self, shapes: &[Shape], now: &[Motion], slow: f64) -> bool {
-        let speed = |motion: &Motion| motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let mut rests = false;
-        self.each_gap(shapes, now, 0.0, |grain, gaps| rests |= gaps[0] <= 0.0 && speed(&now[grain]) < slow);
-        rests
-    }
-
-    /// Hands `each` the number of a free round grain and its gaps to walls, and to grains near it, as they
-    /// are `now` and would be after `dt`.
-    fn each_gap(&mut self, shapes: &[Shape], now: &[Motion], dt: f64, mut each: impl FnMut(usize, [f64; 2])) {
-        let Self { walls, free, neighbours, then, .. } = self;
-        then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
+        };
         let round = |grain: usize| shapes[grain].outline.is_none();
         for grain in (0..shapes.len()).filter(|grain| free[*grain] && round(*grain)) {
             let motions = [&now[grain], &then[grain]];
-            walls.iter().for_each(|wall| each(grain, motions.map(|motion| wall.gap(&shapes[grain], motion))));
+            walls.iter().for_each(|wall| take(grain, motions.map(|motion| wall.gap(&shapes[grain], motion))));
         }
         neighbours.each_pair(shapes, now, then, |i, j, gaps| {
             for grain in [i, j].into_iter().filter(|grain| free[*grain] && round(i) && round(j)) {
-                each(grain, gaps);
+                take(grain, gaps);
             }
         });
+        (!rests).then_some(part * dt)
     }
 
     /// Part of the window of the last [`ByGap::excess`] at which each grain first touches a wall or another

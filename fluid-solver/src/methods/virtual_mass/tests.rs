@@ -86,7 +86,7 @@ fn a_touch_is_foreseen() {
     let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false]);
     let mut until = |place: [f64; 3], velocity: [f64; 3]| {
         let motions = [Motion { velocity, ..at(place) }, at([5.0, 5.0, 5.0])];
-        by_gap.until_touch(&shapes, &motions, 2.0, 0.1)
+        by_gap.until_touch(&shapes, &motions, 2.0, [0.0, 0.1]).expect("none rests")
     };
     assert!((until([2.0, 2.0, 1.5], [0.0, 0.0, -0.5]) - 1.0).abs() < 1e-12, "the floor");
     assert!((until([5.0, 5.0, 2.7], [0.0, 0.0, 0.6]) - 0.5).abs() < 1e-9, "a neighbour");
@@ -98,6 +98,8 @@ fn a_touch_is_foreseen() {
     ] {
         assert_eq!(until(place, velocity), 2.0, "{why}");
     }
+    let rests = [Motion { velocity: [0.0, 0.0, 0.01], ..at([2.0, 2.0, 0.999]) }, at([5.0, 5.0, 5.0])];
+    assert_eq!(by_gap.until_touch(&shapes, &rests, 2.0, [0.05, 0.1]), None);
 }
 
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.
