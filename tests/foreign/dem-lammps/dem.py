@@ -25,6 +25,8 @@ class Lammps(Dem):
         super().__init__(scene)
         self.normal, self.density = np.zeros_like(self.x), np.array([g["density"] for g in grains], float)
         self.kinds = sorted(set(zip(self.r.tolist(), self.density.tolist(), self.m.tolist())))  # a type of atom for each
+        fluid = scene["medium"]["density"] if "medium" in scene else 0.0
+        self.masses = [[mass * (1 + virtual / density) for _, density, mass in self.kinds] for virtual in (0.0, 0.5 * fluid)]
         sides, (low, high) = domain.get("boundary", {}), (domain["lower"], domain["upper"])
         if domain["geometry"] == "axisymmetric":
             low, high = [-high[0], -high[0], low[1]], [high[0], high[0], high[1]]
@@ -32,10 +34,15 @@ class Lammps(Dem):
         self.planes = [(a, [place if is_wall(domain, a, end) else None for end, place in (("lower", lo), ("upper", hi))])
                        for a, lo, hi, _ in self.box]
 
-    def law_of(self, mass):
-        """The contact of LAMMPS for an effective mass (Izard et al. 2014, eqs 17 and 18)."""
+    def law_of(self, i, j=None):
+        """The contact of LAMMPS for two kinds of grains, or a kind and a wall (Izard et al. 2014, eqs 17 and 18).
+
+        The effective mass m* contains the virtual mass, half of the displaced; LAMMPS's own, by which it
+        multiplies the damping, does not.
+        """
+        plain, full = (1 / sum(1 / masses[k] for k in (i, j) if k is not None) for masses in self.masses)
         log_e, (kt, ct) = math.log(self.law["restitution"]), (self.law.get("stiffness_ratio", 0.2), self.law.get("damping_ratio", 1.0))
-        k, c = mass * (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c
+        k, c = full * (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c * full / plain
         return (f"hooke {k!r} {c!r} tangential linear_history {kt * k!r} {ct!r} {self.law.get('friction', 0.0)!r} "
                 "damping mass_velocity limit_damping")
 
@@ -50,9 +57,8 @@ class Lammps(Dem):
             lines += ["region box block " + " ".join(f"{lo!r} {hi!r}" for _, lo, hi, _ in self.box), f"create_box {len(self.kinds)} box"]
         lines += ["comm_modify vel yes", f"neighbor {0.4 * self.r.min()} bin", "neigh_modify delay 0 every 1 check yes",
                   "pair_style granular"]
-        masses = [mass for _, _, mass in self.kinds]
-        lines += [f"pair_coeff {i + 1} {j + 1} {self.law_of(masses[i] * masses[j] / (masses[i] + masses[j]))}"
-                  for i in range(len(masses)) for j in range(i, len(masses))]
+        kinds = range(len(self.kinds))
+        lines += [f"pair_coeff {i + 1} {j + 1} {self.law_of(i, j)}" for i in kinds for j in kinds if i <= j]
         self.lmp.commands_list(lines)
         if not restart:
             types = [1 + self.kinds.index(kind) for kind in zip(self.r.tolist(), self.density.tolist(), self.m.tolist())]
@@ -64,9 +70,9 @@ class Lammps(Dem):
         for axis, ends in self.planes:
             if any(end is not None for end in ends):
                 places = " ".join("NULL" if end is None else repr(end) for end in ends)
-                for kind, (_, _, mass) in enumerate(self.kinds):
+                for kind in range(len(self.kinds)):
                     self.lmp.commands_list([f"group kind{kind} type {kind + 1}",
-                                            f"fix {axis}{kind} kind{kind} wall/gran granular {self.law_of(mass)} {axis}plane {places}"])
+                                            f"fix {axis}{kind} kind{kind} wall/gran granular {self.law_of(kind)} {axis}plane {places}"])
         self.lmp.commands_list(["fix move all nve/sphere", "fix loads all external pf/callback 1 1", "thermo_modify norm no"])
         self.lmp.set_fix_external_callback("loads", self.push, self)
 
@@ -79,13 +85,15 @@ class Lammps(Dem):
         touches, n = np.linalg.norm(contact, axis=1) > 0.0, self.normal
         begun, ended = touches & ~n[at].any(axis=1), ~touches & n[at].any(axis=1)
         if not self.setup:
+            # LAMMPS has the velocity half a sub-step ago; without contact the loads alone change it.
+            free = v + 0.5 * self.step * self.slow[at] * self.pull[at] / self.m[at, None]
             self.seen[at, :3] += contact / self.substeps
-            self.seen[at[begun], 7] = -np.sum(self.before[begun] * contact[begun], axis=1) / np.linalg.norm(contact[begun], axis=1)
-            self.seen[at[ended], 8] = np.sum(v[ended] * n[at[ended]], axis=1)
+            self.seen[at[begun], 7] = -np.sum(free[begun] * contact[begun], axis=1) / np.linalg.norm(contact[begun], axis=1)
+            self.seen[at[ended], 8] = np.sum(free[ended] * n[at[ended]], axis=1)
             n[at] = np.where(touches[:, None], contact / np.maximum(np.linalg.norm(contact, axis=1), 1e-300)[:, None], 0.0)
             if touches.any():
                 self.least = min(self.least, self.least_gaps(x[:, :3], np.flatnonzero(touches)).min())
-        self.before, self.setup = v.copy(), False
+        self.setup = False
         out[:] = self.slow[at] * (contact + self.pull[at]) - contact
         torque[:] = self.turn[at] * (torque + self.twist[at])
 
@@ -112,8 +120,9 @@ class Lammps(Dem):
         self.slow, self.turn = mass / (mass + loads[:, 6:7]), inertia / (inertia + loads[:, 7:])
         self.pull, self.twist = mass * self.g + loads[:, :3] + loads[:, 6:7] * self.a, loads[:, 3:6] + loads[:, 7:] * self.alpha
         self.seen, self.least, self.setup, self.substeps = np.zeros((self.grains, 9)), math.inf, True, of.substeps
+        self.step = of.dt / of.substeps
         start_v, start_w = self.v, self.w
-        self.lmp.commands_list([f"timestep {of.dt / of.substeps!r}", f"run {of.substeps} post no"])
+        self.lmp.commands_list([f"timestep {self.step!r}", f"run {of.substeps} post no"])
         at = self.lmp.numpy.extract_atom("id")[: self.grains] - 1
         for name, ours in (("x", "x"), ("v", "v"), ("omega", "w")):
             setattr(self, ours, np.zeros((self.grains, 3)))

@@ -6,7 +6,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/../python/checks.sh"
 
-# Elastic: LAMMPS damps a contact without the virtual mass, which alone makes V_R 1.5e-3 larger at e_n = 0.97.
+# Elastic: the virtual mass in a contact of LAMMPS is that of a sphere far from the wall.
 bounce() {
   both bounce "$root/scenes/bouncing-sphere-izard.toml" --until 0.45 --no-record --set dem.contact.restitution=1.0 --set 'dem.lubrication={ form = "none" }' &&
     compared bounce impact_velocity_ratio=1e-3 rebound_velocity_ratio=1e-3 rebound_height_over_diameter=1e-3

@@ -68,14 +68,14 @@ class Spheres(Dem):
                 if (size := math.hypot(*drag)) > mu * normal:
                     drag *= mu * normal / size
                     spring = -(drag + ct * slide) / kt
-                push, least, touching[name] = normal * n + drag, min(least, gap), [spring.tolist(), n.tolist(), [int(k) for k in who]]
+                push, least, touching[name] = normal * n + drag, min(least, gap), [spring.tolist(), n.tolist(), [int(k) for k in who], bool(normal > 0)]
                 for sign, arm, k in zip(signs, arms, who):
                     force[k] += sign * push
                     torque[k] -= arm * np.cross(n, push)
                     seen[k, :3] += sign * push / of.substeps
-            for name in self.springs.keys() - touching.keys():
-                _, n, who = self.springs[name]
-                seen[who, 8] = sum(sign * v[k] for sign, k in zip(signs, who)) @ n
+            for name, (_, n, who, bears) in self.springs.items():  # a contact ends with its force, before its overlap
+                if bears and not (name in touching and touching[name][-1]):
+                    seen[who, 8] = sum(sign * v[k] for sign, k in zip(signs, who)) @ n
             self.springs = touching
             x += (v if not touching and not films else 0.0) * h / 2  # a flight is exact under a constant force
             v += h * light[:, None] * force
