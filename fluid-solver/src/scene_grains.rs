@@ -33,6 +33,7 @@ pub(crate) fn shapes(scene: &CheckedScene) -> Vec<Shape> {
         radius: grain.radius,
         mask_radius: grain.radius,
         wave: 1.0,
+        patches: Vec::new(),
         outline: grain.outline().map(Arc::new),
         density: grain.density,
         volume: grain.volume(),

@@ -17,7 +17,7 @@ use crate::new_file::new_file;
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
-const VERSION: u64 = 14;
+const VERSION: u64 = 15;
 const HEAD: usize = 8 + 8 + 8 + 32;
 
 /// Bytes that are read or written at once.

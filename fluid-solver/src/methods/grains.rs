@@ -29,13 +29,16 @@ pub struct Memory {
     /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain
     /// displaces, m/s. Of several ranks the first alone knows it.
     pub taken: Vec<[f64; 3]>,
+    /// Windows in which each grain has touched something since it became slow.
+    pub rests: Vec<u8>,
 }
 
 impl Memory {
     /// Number of grains, if all parts agree on it.
     pub fn grains(&self) -> Option<usize> {
         let n = self.motions.len();
-        let others = [self.imposed.len(), self.before.len(), self.jumps.len(), self.taken.len()];
+        let [imposed, before] = [&self.imposed, &self.before].map(Vec::len);
+        let others = [imposed, before, self.jumps.len(), self.taken.len(), self.rests.len()];
         others.iter().all(|m| *m == n).then_some(n)
     }
 
@@ -102,6 +105,7 @@ impl<const D: usize> Grains<D> {
                 before: motions.clone(),
                 jumps: vec![[0.0; 3]; motions.len()],
                 taken: vec![[0.0; 3]; motions.len()],
+                rests: vec![0; motions.len()],
                 motions,
                 ..Memory::default()
             },

@@ -16,8 +16,9 @@
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
 use crate::grid::{Geometry, Grid};
-use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape};
+use crate::immersed::mask_model::MaskModel;
+use crate::immersed::{Immersed, Wrench};
 use crate::scene_grains;
 use crate::step::Stepper;
 use bedload_scene::CheckedScene;
@@ -185,6 +186,12 @@ impl LoadsRule {
 /// Windows below this ν dt/Δx² are too short for viscosity: in them what a scene moves jumps.
 const BRIEF: f64 = 0.01;
 
+/// Windows above this ν dt/Δx² keep a force in cells that a grain at rest seals.
+const SEALS: f64 = 0.1;
+
+/// Way in a window, over Δx, below which a grain rests.
+const AT_REST: f64 = 0.1;
+
 /// Change of the velocity of a grain that is led, if it is much of it.
 fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
     let change: [f64; 3] = std::array::from_fn(|c| now.velocity[c] - before.velocity[c]);
@@ -320,18 +327,29 @@ impl GrainLoads {
     }
 
     /// Time, s, until the first free grain touches something that it nears faster than `fast`, m/s, as they
-    /// move now; `dt` if that is longer. None where one that is slower than `slow`, m/s, touches something.
-    pub(crate) fn until_touch<const D: usize>(
-        &mut self,
-        grains: &Grains<D>,
-        dt: f64,
-        slow_fast: [f64; 2],
-    ) -> Option<f64> {
+    /// move now; `dt` if that is longer.
+    pub(super) fn until_touch<const D: usize>(&mut self, grains: &Grains<D>, dt: f64, fast: f64) -> f64 {
         let Grains { immersed, memory, .. } = grains;
         match &mut self.by_gap {
-            Some(by_gap) => by_gap.until_touch(immersed.shapes(), &memory.motions, dt, slow_fast),
-            None => Some(dt),
+            Some(by_gap) => by_gap.until_touch(immersed.shapes(), &memory.motions, dt, fast),
+            None => dt,
         }
+    }
+
+    /// Opens the masks where grains have come to rest, in a window that begins with `motions` and in which a
+    /// force that they seal would stay; see [`ByGap::open_masks`] for `rests`.
+    pub(super) fn open_masks<const D: usize>(
+        &mut self,
+        immersed: &mut Immersed<D>,
+        model: &MaskModel,
+        spacing: f64,
+        motions: &[Motion],
+        rests: (&mut [u8], bool),
+    ) {
+        let Some(by_gap) = &mut self.by_gap else { return };
+        let seals = model.viscosity * model.dt > SEALS * spacing * spacing;
+        let slow = if seals { AT_REST * spacing / model.dt } else { 0.0 };
+        by_gap.open_masks(immersed.shapes_mut(), motions, [slow, spacing], rests);
     }
 
     /// Finds the virtual masses of the window before.
@@ -358,6 +376,7 @@ mod tests {
         radius: 1.0,
         mask_radius: 1.0,
         wave: 1.0,
+        patches: Vec::new(),
         outline: None,
         density: 4.0,
         volume: 3.0,

@@ -415,13 +415,13 @@ impl Columns {
         self.free.iter().map(|grain| energy(grain).unwrap_or(f64::NAN)).sum()
     }
 
-    /// Largest coordinate of a free grain's surface along `axis`, m.
+    /// Largest coordinate of a free grain's surface along `axis`, m; NaN before there is one.
     fn extent(&self, sample: &Sample, axis: usize) -> f64 {
         let surface = |grain: &FreeGrain| {
             let motion = sample.kinematics.get(grain.index)?;
             let there = grain.index < self.present || motion.is_there();
             there.then(|| motion.position[axis] + grain.reach(motion, axis))
         };
-        self.free.iter().filter_map(surface).fold(f64::NEG_INFINITY, f64::max)
+        self.free.iter().filter_map(surface).fold(f64::NAN, f64::max)
     }
 }

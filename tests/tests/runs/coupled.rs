@@ -136,6 +136,72 @@ fn a_log_replays_bit_for_bit_in_both_directions_and_a_flipped_bit_is_named() {
     }
 }
 
+/// Three spheres: one comes to rest on the floor, one on a sphere that is fixed there.
+const AT_REST: &str = r#"
+until = 24.0
+gravity = [0.0, 0.0, -1.0]
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [3.0, 3.0, 4.0]
+cells = [24, 24, 32]
+boundary = { x = "periodic", y = "periodic", z = "no-slip" }
+[medium]
+density = 1.0
+viscosity = 0.03
+[[grains]]
+position = [0.7, 0.77, 1.3]
+radius = 0.5
+density = 1.5
+[[grains]]
+position = [2.22, 0.75, 0.5]
+radius = 0.5
+density = 1.5
+motion = "fixed"
+[[grains]]
+position = [2.22, 0.75, 2.2]
+radius = 0.5
+density = 1.5
+locked = ["x", "y"]
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.8
+contact_time = 0.01
+friction = 0.2
+[observe]
+every = 0.0
+[[metrics]]
+name = "floor"
+kind = "resting-force-ratio"
+[[metrics]]
+name = "sphere"
+kind = "resting-force-ratio"
+grain = 2
+"#;
+
+/// The force of the approach does not stay in the cells that grains seal with what they rest on; a run that
+/// goes on where they have just come to rest is the same to the last bit.
+#[test]
+fn several_spheres_that_have_come_to_rest_press_with_their_weight() {
+    let folder = Folder::new("at-rest-several");
+    let (scene, out) = (folder.write("rest.toml", AT_REST), folder.join("out"));
+    complete(&scene, &out, &[]);
+    for name in ["floor", "sphere"] {
+        let rest = metric(&out, name);
+        println!("{name}: contact over submerged weight {rest:.4}");
+        assert!((rest - 1.0).abs() < 0.01, "{name}: {rest}");
+    }
+    let fixed = |until| ["--set", "fluid.time.dt=0.125", "--until", until];
+    let whole = folder.join("whole");
+    complete(&scene, &whole, &fixed("12"));
+    for until in ["8", "9"] {
+        let parts = folder.join(&format!("until-{until}"));
+        complete(&scene, &parts, &fixed(until));
+        complete(&scene, &parts, &[&fixed("12")[..], &["--resume"]].concat());
+        assert_eq!(text(&parts.join("series.csv")), text(&whole.join("series.csv")), "cut at {until}");
+    }
+}
+
 /// In the longest steps the force of the approach would stay in the cells that it seals, and bear a third of
 /// a sphere, or of one that floats up, for good.
 #[test]

@@ -1,6 +1,6 @@
 //! Runs of the DEM alone, through `bedload run`.
 
-use tests::harness::{Folder, bedload, complete, said, summary};
+use tests::harness::{Folder, bedload, column, complete, said, summary};
 
 /// One grain at rest, one that leaves the box at t = 0.8.
 const TWO_GRAINS: &str = r#"
@@ -252,11 +252,13 @@ fn a_small_grain_does_not_vanish_between_large_ones() {
 fn insertions_keep_clear_of_walls() {
     let folder = Folder::new("insert-wall");
     let insertion = "[[insertions]]\ncount = 6\nlower = [0.0, 0.0, 1.0]\nupper = [20.0, 20.0, 1.9]\n\
-        radius = 0.4\ndensity = 1.0\nseed = 2\nrate = 10.0\n[[walls]]\npoint = [0.0, 0.0, 1.03]\n\
+        radius = 0.4\ndensity = 1.0\nseed = 2\nrate = 10.0\nstart = 0.1\n[[walls]]\npoint = [0.0, 0.0, 1.03]\n\
         normal = [0.0, 0.0, 1.0]\n";
     let text = weightless(insertion, "").replace("-0.01", "0.0");
     let out = folder.join("out");
     complete(&folder.write("insert.toml", &text), &out, &[]);
+    // A box without a grain has no height.
+    assert_eq!(column(&out, "height")[0], "NaN");
     let table = std::fs::read_to_string(out.join("grains.csv")).expect("grains.csv");
     let rows: Vec<&str> = table.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
     assert_eq!(rows.len(), 6, "{table}");

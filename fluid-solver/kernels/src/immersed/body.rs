@@ -17,12 +17,40 @@ pub struct Shape {
     pub mask_radius: f64,
     /// Part of the wave in the distance that its mask has, 0 to 1: see [`super::pores`].
     pub wave: f64,
+    /// Where it has come to rest on something.
+    pub patches: Vec<Patch>,
     /// Density of the grain, kg/m³.
     pub density: f64,
     /// Volume, m³ (plane: m² per metre of depth).
     pub volume: f64,
     /// Moment of inertia over mass, m²: 2R²/5 for a sphere, R²/2 for a disc.
     pub gyration: f64,
+}
+
+/// Where a grain has come to rest on something: there its mask is open for a while, so that no force of the
+/// approach stays in cells that it seals (docs/equations-immersed.md, section 3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Direction of what it touches (laboratory axes).
+    pub normal: [f64; 3],
+    /// Distance from the centre in that direction from which on it is open, m.
+    pub from: f64,
+    /// Distance from the line through the centre in that direction up to which it is open, m.
+    pub radius: f64,
+}
+
+impl Patch {
+    /// Whether a point at `arm` from the centre (laboratory axes; r and z for x and z), m, is in it.
+    pub(super) fn holds(&self, arm: [f64; 3]) -> bool {
+        let product = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let along = product(&arm, &self.normal);
+        along > self.from && product(&arm, &arm) - along * along < self.radius * self.radius
+    }
+
+    /// Whether component `c` of the velocity (laboratory axes) lies along the surface rather than across it.
+    pub(super) fn lies_along(&self, c: usize) -> bool {
+        self.normal[c].abs() < 0.5
+    }
 }
 
 /// Where a grain is and how it moves, laboratory frame.

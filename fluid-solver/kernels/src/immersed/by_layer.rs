@@ -3,7 +3,7 @@
 //! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
-use super::body::{Motion, Shape, Turned, along_axes};
+use super::body::{Motion, Patch, Shape, Turned, along_axes};
 use super::mask_model::MaskModel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
@@ -23,6 +23,8 @@ pub(crate) struct GrainsByLayer<const D: usize> {
     pub(super) extents: Vec<Extent<D>>,
     /// Outlines of the bodies that are not round, as they are turned.
     turned: Vec<Option<Turned>>,
+    /// Where grains have come to rest on something.
+    patches: Vec<Vec<Patch>>,
     /// For each grain, the count of placings when it was last moved.
     stamps: Vec<u64>,
     placings: u64,
@@ -43,6 +45,7 @@ impl<const D: usize> GrainsByLayer<D> {
             nodes: Nodes::new(grid, d),
             extents: Vec::new(),
             turned: Vec::new(),
+            patches: Vec::new(),
             stamps: Vec::new(),
             placings: 0,
             starts,
@@ -61,12 +64,13 @@ impl<const D: usize> GrainsByLayer<D> {
         motions: &[Motion],
     ) -> bool {
         let known = self.caches && self.model == Some(*model) && self.extents.len() == motions.len();
-        let Self { nodes, extents, turned, stamps, placings, starts, slices, .. } = self;
+        let Self { nodes, extents, turned, patches, stamps, placings, starts, slices, .. } = self;
         if !known {
             extents.clear();
             stamps.clear();
         }
         turned.resize(shapes.len(), None);
+        patches.resize_with(shapes.len(), Vec::new);
         *placings += 1;
         let mut stays = known;
         for (grain, (shape, motion)) in shapes.iter().zip(motions).enumerate() {
@@ -74,9 +78,11 @@ impl<const D: usize> GrainsByLayer<D> {
             let same_angle = turned[grain].as_ref().is_none_or(|turned| turned.angle == motion.angle);
             let mask = (shape.mask_radius, shape.wave);
             let same_mask = |extent: &Extent<D>| (extent.radius, extent.wave) == mask;
-            if known && same_angle && same_mask(&extents[grain]) && extents[grain].at == at {
+            let same_patches = patches[grain] == shape.patches;
+            if known && same_angle && same_patches && same_mask(&extents[grain]) && extents[grain].at == at {
                 continue;
             }
+            patches[grain].clone_from(&shape.patches);
             turned[grain] = shape.outline.as_ref().map(|outline| Turned::new(outline, motion.angle));
             stays = false;
             let extent = nodes.extent(grid, model, motion.centre, mask);
@@ -125,6 +131,11 @@ impl<const D: usize> GrainsByLayer<D> {
     /// Outline of a grain that is not round.
     pub(super) fn outline(&self, grain: usize) -> Option<&Turned> {
         self.turned[grain].as_ref()
+    }
+
+    /// Where a grain has come to rest on something.
+    pub(super) fn patches(&self, grain: usize) -> &[Patch] {
+        &self.patches[grain]
     }
 
     /// When a grain was last moved.

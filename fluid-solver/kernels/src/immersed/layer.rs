@@ -3,10 +3,10 @@
 //! Rows are taken in whole vectors of eight places: those that a grain does not hold have no mask ratios, and
 //! nothing that is done with them changes anything.
 
-use super::body::{Motion, Turned};
+use super::body::{Motion, Turned, laboratory};
 use super::by_layer::{GrainsByLayer, Slice};
 use super::mask::{Cells, Law, Profile, Sums};
-use super::mask_model::MaskModel;
+use super::mask_model::{MaskModel, OPEN};
 use super::piece::{PIECES, Piece};
 use super::point_mask;
 use crate::grid::Grid;
@@ -250,6 +250,7 @@ impl<const D: usize> Fill<'_, D> {
             }
         }
         law.finish(self.cells, &mut self.layer.ratios);
+        self.open_mask(slice, first);
         part.spans.count = self.layer.spans.len() - first[0];
         part.places.count = self.layer.ratios.len() - first[1];
         self.layer.parts.push(part);
@@ -281,6 +282,29 @@ impl<const D: usize> Fill<'_, D> {
 }
 
 impl<const D: usize> Fill<'_, D> {
+    /// Opens the mask where the grain of `slice` has come to rest on something, in spans and places from
+    /// `first` on: to what flows along the surface there. At cell centres nothing flows.
+    fn open_mask(&mut self, slice: &Slice, first: [usize; 2]) {
+        let Self { grains, grid, layer, .. } = self;
+        let (patches, component) = (grains.patches(slice.grain), grains.nodes.component());
+        if patches.is_empty() || component == D {
+            return;
+        }
+        let c = laboratory(grid.geometry, component);
+        let row = &grains.nodes.row.at;
+        let mut rest = &mut layer.ratios[first[1]..];
+        for span in &layer.spans[first[0]..] {
+            let (ratios, after) = rest.split_at_mut(span.count);
+            rest = after;
+            for (ratio, x) in ratios.iter_mut().zip(&row[span.first..]) {
+                let arm = [x + span.shift, span.middle, slice.arm];
+                if *ratio > OPEN && patches.iter().any(|patch| patch.lies_along(c) && patch.holds(arm)) {
+                    *ratio = OPEN;
+                }
+            }
+        }
+    }
+
     /// The same for a body of the plane that is not round, cell by cell.
     fn outlined_row(&mut self, pieces: &[Piece], chord: f64, outline: &Turned, arm: f64, weight: f64) {
         let nodes = &self.grains.nodes;

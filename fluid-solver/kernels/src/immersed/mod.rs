@@ -75,6 +75,11 @@ impl<const D: usize> Immersed<D> {
         pores.set_radii(grid.geometry, model, &mut self.shapes, motions);
     }
 
+    /// The same, to set where grains have come to rest.
+    pub fn shapes_mut(&mut self) -> &mut [Shape] {
+        &mut self.shapes
+    }
+
     /// Sets the radius of the mask of one grain, m: far below zero, it has none.
     pub fn set_mask_radius(&mut self, grain: usize, radius: f64) {
         self.shapes[grain].mask_radius = radius;

@@ -282,6 +282,7 @@ mod tests {
             radius: 0.5,
             mask_radius: 0.5,
             wave: 1.0,
+            patches: Vec::new(),
             outline: None,
             density: 2.0,
             volume,

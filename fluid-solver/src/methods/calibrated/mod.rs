@@ -28,6 +28,7 @@ use super::needs::Needs;
 use crate::config::Choices;
 use crate::field::clear_own;
 use crate::grid::Grid;
+use crate::immersed::Immersed;
 use crate::immersed::body::Motion;
 use crate::immersed::brinkman::FIELDS;
 use crate::immersed::mask_model::MaskModel;
@@ -96,15 +97,25 @@ impl<const D: usize> Calibrated<D> {
             alone: advection::moving(scene) == 1,
             room: std::array::from_fn(|n| if n < room(needs, D) { grid.new_field() } else { Vec::new() }),
         };
-        method.set_radii(grid, grains);
+        let Grains { immersed, model, memory, .. } = grains;
+        method.set_masks(grid, immersed, model, &memory.motions, (&mut memory.rests, false));
         method
     }
 
-    /// Radii of the masks in a window that begins with the motion known now.
-    fn set_radii(&mut self, grid: &Grid<D>, grains: &mut Grains<D>) {
+    /// Masks in a window that begins with `motions`: their radii, and where grains have come to rest; `rests`
+    /// as in [`GrainLoads::open_masks`].
+    fn set_masks(
+        &mut self,
+        grid: &Grid<D>,
+        immersed: &mut Immersed<D>,
+        model: &MaskModel,
+        motions: &[Motion],
+        rests: (&mut [u8], bool),
+    ) {
         if let Some(pores) = &mut self.pores {
-            grains.immersed.set_radii(grid, &grains.model, pores, &grains.memory.motions);
+            immersed.set_radii(grid, model, pores, motions);
         }
+        self.loads.open_masks(immersed, model, grid.smallest_width(), motions, rests);
     }
 }
 
@@ -127,7 +138,8 @@ fn corrects_radius(scene: &CheckedScene, calibration: &Calibration) -> bool {
 
 impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     fn place(&mut self, fluid: &Stepper<D>, grains: &mut Grains<D>, window: &Window) {
-        self.set_radii(fluid.grid(), grains);
+        let Grains { immersed, model, memory, .. } = &mut *grains;
+        self.set_masks(fluid.grid(), immersed, model, &memory.motions, (&mut memory.rests, true));
         if let Some(iterations) = &mut self.iterations {
             iterations.guess(fluid, grains, window);
         }
@@ -224,9 +236,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         let Grains { immersed, model, memory, .. } = grains;
         if memory.imposed_dt > 0.0 {
             let model = MaskModel { dt: memory.imposed_dt, ..*model };
-            if let Some(pores) = &mut self.pores {
-                immersed.set_radii(grid, &model, pores, &memory.before);
-            }
+            self.set_masks(grid, immersed, &model, &memory.before, (&mut memory.rests, false));
             immersed.mark_forced(grid, &model, &memory.imposed);
             if let Some(advection) = &mut self.advection {
                 advection.clear(grid);

@@ -1,7 +1,7 @@
 //! What the touches of a grain that alone moves do to the step (docs/decisions/time-step.md).
 //!
 //! The viscous force of the window of a touch is that of the approach: the step shortens before a touch, and
-//! begins anew after it. While the grain rests its step is short.
+//! begins anew after it.
 
 use crate::immersed::body::Motion;
 use crate::methods::grains::{Grains, Memory};
@@ -16,13 +16,6 @@ const STEPS_AHEAD: f64 = 4.0;
 
 /// Way of a grain in such a step, over Δx, from which on touches count.
 const FAST: f64 = 0.05;
-
-/// Largest ν dt/Δx² while a grain rests on something: what the approach left of the force in the cells
-/// between them is forgotten in some 64 steps; at 2 it stays, and bears a third of the grain.
-const AT_REST: f64 = 0.1;
-
-/// Way of a grain at rest in a step that is allowed, over Δx, at most.
-const SLOW: f64 = 0.005;
 
 /// Part of the step `allowed`, s, that a touch in the last window leaves of it, or one that is near;
 /// `spacing`: smallest cell, m.
@@ -43,8 +36,5 @@ pub(super) fn part_of_step<const D: usize>(
         return AFTER_A_TOUCH;
     }
     let ahead = STEPS_AHEAD * allowed;
-    match loads.until_touch(grains, ahead, [SLOW * spacing / allowed, fast]) {
-        Some(until) => (until / ahead).max(TO_A_TOUCH),
-        None => (AT_REST * spacing * spacing / (grains.model.viscosity * allowed)).min(1.0),
-    }
+    (loads.until_touch(grains, ahead, fast) / ahead).max(TO_A_TOUCH)
 }

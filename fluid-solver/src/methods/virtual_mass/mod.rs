@@ -7,10 +7,11 @@
 
 pub mod images;
 mod neighbours;
+mod rest;
 
 use crate::boundary::Boundary;
 use crate::grid::{Geometry, Grid};
-use crate::immersed::body::{Motion, Shape, laboratory};
+use crate::immersed::body::{Motion, Patch, Shape, laboratory};
 use images::{at_a_wall, beside, touching_a_wall};
 use neighbours::Neighbours;
 
@@ -58,6 +59,8 @@ pub struct ByGap {
     /// Part of the window at which each grain first touches something; 1 where it does not.
     touches: Vec<f64>,
     excess: Vec<f64>,
+    /// Grains that rest on others or, the same twice, on walls, and where.
+    resting: Vec<([usize; 2], Patch)>,
 }
 
 /// Part of a window at which a gap that goes from the first to the last of `gaps` closes; 1 if it does not.
@@ -97,6 +100,7 @@ impl ByGap {
             contacts: vec![0; shapes.len()],
             touches: vec![1.0; shapes.len()],
             excess: vec![0.0; shapes.len()],
+            resting: Vec::new(),
         }
     }
 
@@ -107,7 +111,7 @@ impl ByGap {
     /// more has none: what moves together drags less fluid along than head-on; and a partner with other
     /// contacts counts as held.
     pub fn excess(&mut self, shapes: &[Shape], density: f64, now: &[Motion], dt: f64) -> &[f64] {
-        let Self { dimensions, walls, free, neighbours, then, pairs, contacts, touches, excess } = self;
+        let Self { dimensions, walls, free, neighbours, then, pairs, contacts, touches, excess, .. } = self;
         let dimensions = *dimensions;
         then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
         excess.fill(0.0);
@@ -154,21 +158,12 @@ impl ByGap {
     }
 
     /// Time, s, until the first free grain touches a wall or another grain that it nears faster than `fast`,
-    /// m/s, if all go on as they move `now`; `dt` if that is longer. None where one that is slower than
-    /// `slow`, m/s, touches something already.
-    pub fn until_touch(
-        &mut self,
-        shapes: &[Shape],
-        now: &[Motion],
-        dt: f64,
-        [slow, fast]: [f64; 2],
-    ) -> Option<f64> {
+    /// m/s, if all go on as they move `now`; `dt` if that is longer.
+    pub fn until_touch(&mut self, shapes: &[Shape], now: &[Motion], dt: f64, fast: f64) -> f64 {
         let Self { walls, free, neighbours, then, .. } = self;
         then.iter_mut().zip(now).for_each(|(then, now)| *then = now.predicted(dt));
-        let (mut part, mut rests) = (1.0_f64, false);
-        let mut take = |grain: usize, gaps: [f64; 2]| {
-            let speed = now[grain].velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-            rests |= gaps[0] <= 0.0 && speed < slow;
+        let mut part = 1.0_f64;
+        let mut take = |gaps: [f64; 2]| {
             if gaps[0] > 0.0 && gaps[0] - gaps[1] > fast * dt {
                 part = part.min(closes(gaps));
             }
@@ -176,14 +171,14 @@ impl ByGap {
         let round = |grain: usize| shapes[grain].outline.is_none();
         for grain in (0..shapes.len()).filter(|grain| free[*grain] && round(*grain)) {
             let motions = [&now[grain], &then[grain]];
-            walls.iter().for_each(|wall| take(grain, motions.map(|motion| wall.gap(&shapes[grain], motion))));
+            walls.iter().for_each(|wall| take(motions.map(|motion| wall.gap(&shapes[grain], motion))));
         }
         neighbours.each_pair(shapes, now, then, |i, j, gaps| {
-            for grain in [i, j].into_iter().filter(|grain| free[*grain] && round(i) && round(j)) {
-                take(grain, gaps);
+            if (free[i] || free[j]) && round(i) && round(j) {
+                take(gaps);
             }
         });
-        (!rests).then_some(part * dt)
+        part * dt
     }
 
     /// Part of the window of the last [`ByGap::excess`] at which each grain first touches a wall or another

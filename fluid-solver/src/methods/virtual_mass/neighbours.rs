@@ -76,28 +76,51 @@ impl Neighbours {
         then: &[Motion],
         mut each: impl FnMut(usize, usize, [f64; 2]),
     ) {
-        if shapes.len() < 2 {
-            return;
-        }
         self.sort(now);
-        let Self { axes: [x, y, z], reach, order, begins, cell } = &*self;
-        let gap = |i: usize, j: usize, motions: &[Motion]| {
-            let d = |c: usize, axis: &Cells| axis.shortest(motions[j].centre[c] - motions[i].centre[c]);
-            let (dx, dy, dz) = (d(0, x), d(1, y), d(2, z));
-            (dx * dx + dy * dy + dz * dz).sqrt() - shapes[i].radius - shapes[j].radius
-        };
-        for i in 0..shapes.len() {
-            let [cx, cy, cz] = self.split(cell[i]);
+        self.each_near(|i, j| {
+            let gaps = [now, then].map(|motions| self.gap(shapes, motions, i, j));
+            if gaps[0].min(gaps[1]) < self.reach * shapes[i].radius.min(shapes[j].radius) {
+                each(i, j, gaps);
+            }
+        });
+    }
+
+    /// Calls `each` once with every pair that touches and the way from the first to the second, m.
+    pub(super) fn each_contact(
+        &mut self,
+        shapes: &[Shape],
+        now: &[Motion],
+        mut each: impl FnMut(usize, usize, [f64; 3]),
+    ) {
+        self.sort(now);
+        self.each_near(|i, j| {
+            if self.gap(shapes, now, i, j) <= 0.0 {
+                each(i, j, self.way(now, i, j));
+            }
+        });
+    }
+
+    /// The shortest way between the centres of two grains, m.
+    fn way(&self, motions: &[Motion], i: usize, j: usize) -> [f64; 3] {
+        let (from, to) = (&motions[i].centre, &motions[j].centre);
+        std::array::from_fn(|c| self.axes[c].shortest(to[c] - from[c]))
+    }
+
+    fn gap(&self, shapes: &[Shape], motions: &[Motion], i: usize, j: usize) -> f64 {
+        let [x, y, z] = self.way(motions, i, j);
+        (x * x + y * y + z * z).sqrt() - shapes[i].radius - shapes[j].radius
+    }
+
+    /// Calls `each` once with every pair in cells beside each other.
+    fn each_near(&self, mut each: impl FnMut(usize, usize)) {
+        let Self { axes: [x, y, z], order, begins, cell, .. } = self;
+        for (i, at) in cell.iter().enumerate() {
+            let [cx, cy, cz] = self.split(*at);
             for kz in z.around(cz) {
                 for ky in y.around(cy) {
                     for kx in x.around(cx) {
                         let k = (kz * y.count + ky) * x.count + kx;
-                        for &j in order[begins[k]..begins[k + 1]].iter().filter(|j| **j > i) {
-                            let gaps = [gap(i, j, now), gap(i, j, then)];
-                            if gaps[0].min(gaps[1]) < reach * shapes[i].radius.min(shapes[j].radius) {
-                                each(i, j, gaps);
-                            }
-                        }
+                        order[begins[k]..begins[k + 1]].iter().filter(|j| **j > i).for_each(|j| each(i, *j));
                     }
                 }
             }

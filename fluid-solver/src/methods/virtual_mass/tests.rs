@@ -1,3 +1,4 @@
+use super::rest::OPEN;
 use super::*;
 use crate::axis::AxisSpec;
 use crate::grid::GridSpec;
@@ -18,6 +19,7 @@ fn sphere(radius: f64, density: f64) -> Shape {
         radius,
         mask_radius: radius,
         wave: 1.0,
+        patches: Vec::new(),
         outline: None,
         density,
         volume,
@@ -86,7 +88,7 @@ fn a_touch_is_foreseen() {
     let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false]);
     let mut until = |place: [f64; 3], velocity: [f64; 3]| {
         let motions = [Motion { velocity, ..at(place) }, at([5.0, 5.0, 5.0])];
-        by_gap.until_touch(&shapes, &motions, 2.0, [0.0, 0.1]).expect("none rests")
+        by_gap.until_touch(&shapes, &motions, 2.0, 0.1)
     };
     assert!((until([2.0, 2.0, 1.5], [0.0, 0.0, -0.5]) - 1.0).abs() < 1e-12, "the floor");
     assert!((until([5.0, 5.0, 2.7], [0.0, 0.0, 0.6]) - 0.5).abs() < 1e-9, "a neighbour");
@@ -98,8 +100,38 @@ fn a_touch_is_foreseen() {
     ] {
         assert_eq!(until(place, velocity), 2.0, "{why}");
     }
-    let rests = [Motion { velocity: [0.0, 0.0, 0.01], ..at([2.0, 2.0, 0.999]) }, at([5.0, 5.0, 5.0])];
-    assert_eq!(by_gap.until_touch(&shapes, &rests, 2.0, [0.05, 0.1]), None);
+}
+
+/// Masks are open where grains touch the floor or each other, towards it, for the first windows of rest.
+#[test]
+fn masks_open_where_grains_have_come_to_rest() {
+    let mut shapes = [(); 3].map(|()| sphere(1.0, 2.0));
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false, true]);
+    // One on the floor; one, fixed, above it; one that passes by it.
+    let motions = |speed: f64| {
+        let passes = Motion { velocity: [speed, 0.0, 0.0], ..at([4.99, 2.0, 2.99]) };
+        [at([3.0, 2.0, 0.999]), at([3.0, 2.0, 2.99]), passes]
+    };
+    let mut rests = [0; 3];
+    let mut open = |now: &[Motion], slow: f64| {
+        by_gap.open_masks(&mut shapes, now, [slow, 0.1], (&mut rests, true));
+        shapes.each_ref().map(|shape| shape.patches.iter().map(|patch| patch.normal).collect::<Vec<_>>())
+    };
+    let up = |normal: &[f64; 3]| (normal[2] - 1.0).abs() < 1e-9;
+    for window in 0..40 {
+        let [floor, fixed, passes] = open(&motions(0.2), 0.1);
+        assert!(passes.is_empty());
+        assert_eq!((floor.len(), fixed.len()), if window < OPEN { (2, 1) } else { (0, 0) });
+        if window < OPEN {
+            assert_eq!(floor[0], [0.0, 0.0, -1.0]);
+            assert!(up(&floor[1]) && up(&fixed[0].map(|n| -n)));
+        }
+    }
+    // What comes to rest on others opens both.
+    let [floor, fixed, passes] = open(&motions(0.05), 0.1);
+    assert_eq!((floor.len(), fixed.len(), passes.len()), (0, 1, 1));
+    assert!((fixed[0][0] - 1.0).abs() < 1e-9 && (passes[0][0] + 1.0).abs() < 1e-9);
+    assert!(open(&motions(0.05), 0.0).iter().all(Vec::is_empty), "short steps need none");
 }
 
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.

@@ -30,6 +30,7 @@ fn forces(caches: bool, places: &[[[f64; 3]; 4]]) -> Vec<Vec<Wrench>> {
         radius: RADIUS,
         mask_radius: RADIUS,
         wave: 1.0,
+        patches: Vec::new(),
         outline: None,
         density: 2.0,
         volume,
