@@ -62,8 +62,8 @@ pub struct Calibrated<const D: usize> {
     iterations: Option<Box<Iterations<D>>>,
     /// What contacts do to the fluid in their own window, where there may be contacts.
     contact: Option<Contact<D>>,
-    /// Whether touches shorten the step: those of a grain that alone moves.
-    alone: bool,
+    /// Whether touches shorten the step: where few grains move.
+    few: bool,
     /// Fields for what is worked with in between, all zero: as many as the parts of a step need, one after
     /// the other.
     room: [Vec<f64>; FIELDS],
@@ -94,7 +94,7 @@ impl<const D: usize> Calibrated<D> {
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
             contact: needs.jumps.then(|| Contact::new(grid, shapes, scene_grains::free(scene))),
-            alone: advection::moving(scene) == 1,
+            few: advection::moving(scene) <= touch::FEW,
             room: std::array::from_fn(|n| if n < room(needs, D) { grid.new_field() } else { Vec::new() }),
         };
         let Grains { immersed, model, memory, .. } = grains;
@@ -223,7 +223,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     }
 
     fn part_of_step(&mut self, grains: &Grains<D>, allowed: f64, spacing: f64) -> f64 {
-        if !self.alone || self.contact.is_none() {
+        if !self.few || self.contact.is_none() {
             return 1.0;
         }
         touch::part_of_step(&mut self.loads, grains, allowed, spacing)

@@ -1,4 +1,4 @@
-//! What the touches of a grain that alone moves do to the step (docs/decisions/time-step.md).
+//! What touches do to the step where few grains move (docs/decisions/time-step.md).
 //!
 //! The viscous force of the window of a touch is that of the approach: the step shortens before a touch, and
 //! begins anew after it.
@@ -6,6 +6,9 @@
 use crate::immersed::body::Motion;
 use crate::methods::grains::{Grains, Memory};
 use crate::methods::loads::GrainLoads;
+
+/// Grains that may move: among more, one touches something all the time.
+pub(super) const FEW: usize = 8;
 
 /// Least part of the step that is allowed with which a touch is met, and the part after it.
 const TO_A_TOUCH: f64 = 0.25;
