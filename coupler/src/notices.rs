@@ -2,6 +2,7 @@
 
 use bedload_scene::{CheckedScene, Grain, Motion, OverTime, Shape, Wall, WallKind, changing};
 use protocol::facts::DemFacts;
+use protocol::scheme::{Iterations, Scheme};
 
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
@@ -25,6 +26,9 @@ const LAYER: f64 = 0.02;
 /// Least St with a bounce at all, and the largest in which roughness is worth a word.
 const BOUNCES: [f64; 2] = [10.0, 200.0];
 
+/// Courant number where the scene names none.
+const USUAL_COURANT: f64 = 0.5;
+
 /// End of the clock of a log, s.
 const CLOCK: f64 = 1.8446744e10;
 
@@ -45,6 +49,8 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         leaving(facts.scene),
         late(facts.scene),
         log_clock(facts),
+        iterations(facts),
+        courant(facts),
     ]
     .into_iter()
     .flatten()
@@ -82,6 +88,22 @@ fn log_clock(facts: &Facts<'_>) -> Option<String> {
             Short(CLOCK)
         )
     })
+}
+
+/// How windows are to be repeated, where none is.
+fn iterations(facts: &Facts<'_>) -> Option<String> {
+    let said = facts.coupling.iterations != Iterations::default();
+    let scheme = facts.scheme.filter(|scheme| *scheme != Scheme::Iterated)?;
+    said.then(|| {
+        format!("coupling.iterations has no effect: the scheme is {scheme}; coupling.scheme = \"iterated\" repeats windows")
+    })
+}
+
+/// A Courant number beside a fixed step.
+fn courant(facts: &Facts<'_>) -> Option<String> {
+    let cfl = facts.fluid.filter(|fluid| !fluid.adaptive && !fluid.foreign)?.cfl;
+    (cfl != USUAL_COURANT)
+        .then(|| format!("fluid.time.cfl = {cfl} has no effect beside fluid.time.dt: leave one of them out"))
 }
 
 /// A sub-step that the scene asks for and a coupled run does not take.

@@ -528,6 +528,22 @@ fn few_windows_in_a_period_and_long_ones_after_a_release_are_told() {
 }
 
 #[test]
+fn keys_beside_others_that_make_them_idle_are_told() {
+    let told = |overrides: &[&'static str], fluid: FluidFacts| {
+        let notices = Case { scene: overrides.to_vec(), fluid, ..Case::new() }.plan().notices;
+        notices.into_iter().find(|notice| notice.contains("no effect"))
+    };
+    let repeats = ["coupling.iterations.max_iterations=5"];
+    let idle = told(&repeats, fluid()).expect("a notice");
+    assert!(idle.starts_with("coupling.iterations") && idle.contains("semi-implicit"), "{idle}");
+    let fixed = |adaptive: bool| FluidFacts { cfl: 0.3, adaptive, ..fluid() };
+    let idle = told(&[], fixed(false)).expect("a notice");
+    assert!(idle.contains("fluid.time.cfl = 0.3") && idle.contains("fluid.time.dt"), "{idle}");
+    assert_eq!(told(&[], fixed(true)), None);
+    assert_eq!(told(&[], fluid()), None);
+}
+
+#[test]
 fn fields_and_a_log_beyond_the_end_are_told() {
     let told = |overrides: &[&'static str], word: &str| {
         let case = Case { scene: overrides.to_vec(), ..Case::new() };
