@@ -23,20 +23,37 @@ pub fn newest_of_run(out: &Path) -> PathBuf {
     newest(&parent).unwrap_or(parent)
 }
 
-/// Removes the checkpoints in `parent` but for `kept`. A leftover costs room on the disk, nothing else: the
-/// newest whole one counts.
-pub fn remove_others(parent: &Path, kept: Option<&Path>) {
-    for (_, path) in folders(parent).into_iter().filter(|(_, path)| Some(path.as_path()) != kept) {
-        let _ = std::fs::remove_dir_all(path);
+/// File that says of a checkpoint that a log begins there: without it that log drives no solver.
+const BEGINS_LOG: &str = "begins-log";
+
+/// Keeps a checkpoint as long as the run is there, as a log begins at it.
+///
+/// # Errors
+/// Of the system.
+pub fn keep(folder: &Path) -> std::io::Result<()> {
+    std::fs::write(folder.join(BEGINS_LOG), [])
+}
+
+/// Removes the checkpoints in `parent` but for `newest` and those that are kept; without a newest one, all. A
+/// leftover costs room on the disk, nothing else: the newest whole one counts.
+pub fn remove_others(parent: &Path, newest: Option<&Path>) {
+    for (_, path) in folders(parent) {
+        let kept = newest.is_some_and(|newest| newest == path || path.join(BEGINS_LOG).exists());
+        if !kept {
+            let _ = std::fs::remove_dir_all(path);
+        }
     }
+}
+
+/// Step of a checkpoint, by the name of its folder.
+pub fn step_of(folder: &Path) -> Option<u64> {
+    let name = folder.file_name()?.to_str()?;
+    (name.len() == 10).then(|| name.parse().ok())?
 }
 
 /// Folders named by a step.
 fn folders(parent: &Path) -> Vec<(u64, PathBuf)> {
     let Ok(entries) = std::fs::read_dir(parent) else { return Vec::new() };
-    let step_of = |path: &Path| -> Option<u64> {
-        let name = path.file_name()?.to_str()?;
-        (name.len() == 10 && path.is_dir()).then(|| name.parse().ok())?
-    };
-    entries.flatten().filter_map(|entry| step_of(&entry.path()).map(|step| (step, entry.path()))).collect()
+    let paths = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
+    paths.filter_map(|path| step_of(&path).map(|step| (step, path))).collect()
 }

@@ -1,7 +1,6 @@
 //! The solvers of a coupled run, behind shared memory.
 
 use std::collections::VecDeque;
-use std::path::Path;
 use std::time::Duration;
 
 use bedload_output::{Cost, GrainRow, OutputFolder, atomic_write, grains_table, totals};
@@ -200,13 +199,8 @@ pub(super) fn slot_of(step: u64) -> usize {
     (step % AHEAD as u64) as usize
 }
 
-/// CPU time of this process, user and system, s; 0 where the system does not tell.
+/// CPU time of this process, user and system, s.
 fn own_cpu_seconds() -> f64 {
-    let Ok(text) = std::fs::read_to_string(Path::new("/proc/self/stat")) else { return 0.0 };
-    // Fields 14 and 15, counted from 1, after the name in brackets, which may hold spaces.
-    let after = text.rsplit_once(')').map_or("", |(_, rest)| rest);
-    let ticks: f64 =
-        after.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<f64>().ok()).sum();
-    // USER_HZ is 100 on every Linux that runs Rust.
-    ticks / 100.0
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }

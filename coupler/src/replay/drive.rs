@@ -109,7 +109,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
 }
 
 /// A folder with a run in it would be emptied, perhaps of the log itself.
-fn refuse_run(folder: &Path) -> Result<(), Failure> {
+pub(super) fn refuse_run(folder: &Path) -> Result<(), Failure> {
     let of_run =
         ["exchange.mcap", "series.csv", "summary.json"].into_iter().find(|name| folder.join(name).exists());
     of_run.map_or(Ok(()), |name| {

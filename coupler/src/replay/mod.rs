@@ -56,6 +56,9 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
     if replay.compare || !replay.overrides.is_empty() {
         return drive::compare(replay, reader, &interrupts);
     }
+    if let Some(out) = &replay.out {
+        drive::refuse_run(out)?;
+    }
     alone(replay, &manifest, &interrupts)
 }
 

@@ -342,13 +342,25 @@ pub fn study(files: &[PathBuf], options: &Options) -> Result<(), Failure> {
         failed = failed.or(made.err()).or(install_cases(&out).err());
         return failed.map_or(Ok(()), Err);
     }
-    for file in files {
+    // Of several files, each has a folder of its own in that of --out.
+    let own = |file: &Path| match (&options.out, file.file_stem()) {
+        (Some(out), Some(stem)) if files.len() > 1 => {
+            Options { out: Some(out.join(stem)), ..options.clone() }
+        }
+        _ => options.clone(),
+    };
+    for (place, file) in files.iter().enumerate() {
+        let same = |other: &&PathBuf| other.file_stem() == file.file_stem();
+        if let Some(other) = files[..place].iter().find(same).filter(|_| options.out.is_some()) {
+            let what = format!("has the name of {}: both would write into one folder", other.display());
+            return Err(content(file)(what));
+        }
         let source = SceneSource::read(file, &[])?;
         let mut any = false;
         for kind in Kind::ALL {
             if Section::find(&source, kind)?.is_some() {
                 any = true;
-                failed = failed.or(one(file, kind, options).err());
+                failed = failed.or(one(file, kind, &own(file)).err());
             }
         }
         if !any {

@@ -63,7 +63,14 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
     }
     let scene = SceneSource::read(&folder.scene(), &[]).and_then(CheckedScene::new).ok();
     let shape = Shape::of(&summary, scene.as_ref());
-    let quantity = quantity.unwrap_or(match instants.iter().any(Instant::has_fluid) {
+    let has_fluid = instants.iter().any(Instant::has_fluid);
+    if let Some(field) = film.field.as_ref().filter(|_| !has_fluid && quantity != Some(Quantity::GRAINS)) {
+        return Err(Failure::Input(format!(
+            "--field {field}: {} has no fields of a fluid, only grains: leave it out",
+            folder.root().display()
+        )));
+    }
+    let quantity = quantity.unwrap_or(match has_fluid {
         true => Quantity::SPEED,
         false => Quantity::GRAINS,
     });

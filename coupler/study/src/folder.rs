@@ -37,6 +37,15 @@ pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure>
     let claim = Claim::of(folder)?;
     // a name with a line break would end the comment
     let name = scene.file.replace(['\n', '\r'], " ");
+    let base = |name: &str| Path::new(name.trim()).file_name().map(std::ffi::OsStr::to_owned);
+    let there = read(&file).unwrap_or_default();
+    let there = there.lines().next().and_then(|line| line.strip_prefix(MARKER)).unwrap_or(&name);
+    if base(there) != base(&name) {
+        return Err(Failure::Input(format!(
+            "{} is the folder of another study, of{there}: nothing was changed; name another with --out",
+            folder.display()
+        )));
+    }
     let text = format!("{MARKER} {name}\n{}", scene.text_for_any_folder());
     atomic_write(&file, text.as_bytes())?;
     Ok(claim)

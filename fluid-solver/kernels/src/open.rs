@@ -3,8 +3,10 @@
 //! Both are velocities on the face, for all components. An inflow keeps them. On an outflow they
 //! follow the convective condition of Orlanski (1976), as of Pauley, Moin & Reynolds (1990)
 //! ```text
-//! ∂u/∂t + U_c ∂u/∂n = 0,   U_c the mean velocity of all outflow,
+//! ∂u/∂t + U_c ∂u/∂n = 0,   U_c = U max(1, (⟨|u_n|⟩/10U)²),   U = ⟨u_n⟩ over all outflow,
 //! ```
+//! the mean velocity. Where hardly anything leaves the face becomes as the fluid inside: what was on it when
+//! an inflow stopped would else stay there, and drive a flow for ever. The condition is taken
 //! upwind and implicit, u' = (u + C u_inside)/(1 + C) with C = U_c Δt/Δn: any Δt, never a new extreme.
 //! A uniform shift of the normal component then makes what leaves equal what enters, to round-off,
 //! so that the equation of the pressure has a solution with zero slope on every face and the direct
@@ -16,6 +18,9 @@
 
 use crate::boundary::{Boundary, Profile};
 use crate::grid::{Geometry, Grid};
+
+/// Mean velocity of an outflow over that of its size, below which hardly anything leaves.
+const LITTLE: f64 = 0.1;
 
 /// One open face and the velocity on it.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +128,8 @@ impl<const D: usize> OpenFaces<D> {
             for (d, values) in face.values.iter_mut().enumerate() {
                 let distance = if d == face.axis { width } else { 0.5 * width };
                 let courant = speed * time / distance;
-                let (keep, take) = (1.0 / (1.0 + courant), courant / (1.0 + courant));
+                let keep = 1.0 / (1.0 + courant);
+                let take = if courant < f64::INFINITY { courant / (1.0 + courant) } else { 1.0 };
                 let layer = inside(grid, face.axis, face.side, d);
                 for_each(grid, face.axis, layer, |entry, index| {
                     values[entry] = keep * values[entry] + take * velocity[d][index];
@@ -149,10 +155,19 @@ impl<const D: usize> OpenFaces<D> {
         self.flow(grid, false)
     }
 
-    /// Mean velocity of what leaves, m/s.
+    /// U_c, m/s; infinite where nothing enters and something moves on the faces.
     fn outflow_speed(&self, grid: &Grid<D>) -> f64 {
-        let area = self.outflow_area(grid);
-        if area > 0.0 { (self.flow(grid, false) / area).max(0.0) } else { 0.0 }
+        let total = self.outflow_area(grid);
+        if total == 0.0 {
+            return 0.0;
+        }
+        let mean = (self.flow(grid, false) / total).max(0.0);
+        let sizes = |face: &OpenFace<D>| -> f64 {
+            let normal = face.values[face.axis].iter().enumerate();
+            normal.map(|(entry, u)| area(grid, face, entry) * u.abs()).sum()
+        };
+        let size = self.faces.iter().filter(|face| face.outflow).map(sizes).sum::<f64>() / total;
+        if LITTLE * size > mean { (LITTLE * size).powi(2) / mean } else { mean }
     }
 
     /// Area of the outflow faces.

@@ -29,7 +29,8 @@ pub struct Memory {
     /// Momentum that the fluid took of them in that window, over the mass of the fluid that the grain
     /// displaces, m/s. Of several ranks the first alone knows it.
     pub taken: Vec<[f64; 3]>,
-    /// Windows in which each grain has touched something since it became slow.
+    /// Windows in which each grain has touched something since it came near it or became slow; the most there
+    /// are for one that began so.
     pub rests: Vec<u8>,
 }
 
@@ -105,7 +106,7 @@ impl<const D: usize> Grains<D> {
                 before: motions.clone(),
                 jumps: vec![[0.0; 3]; motions.len()],
                 taken: vec![[0.0; 3]; motions.len()],
-                rests: vec![0; motions.len()],
+                rests: vec![u8::MAX; motions.len()],
                 motions,
                 ..Memory::default()
             },

@@ -352,6 +352,14 @@ impl GrainLoads {
         by_gap.open_masks(immersed.shapes_mut(), motions, [slow, spacing], rests);
     }
 
+    /// Whether all free grains rest, one since `most` windows at most; `cell`: a cell in the step that is
+    /// allowed, m/s.
+    pub(super) fn have_come_to_rest<const D: usize>(&self, grains: &Grains<D>, most: u8, cell: f64) -> bool {
+        let Some(by_gap) = &self.by_gap else { return false };
+        let Memory { motions, rests, .. } = &grains.memory;
+        rests.iter().any(|rests| (1..=most).contains(rests)) && by_gap.all_slow(motions, AT_REST * cell)
+    }
+
     /// Finds the virtual masses of the window before.
     pub(super) fn resume<const D: usize>(&mut self, grains: &Grains<D>) {
         let Self { by_gap: Some(by_gap), measured, rule, .. } = self else { return };

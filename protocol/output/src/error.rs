@@ -24,6 +24,10 @@ pub enum OutputError {
     #[error("{} holds a finished run: nothing was changed; name another folder with --out, or replace the run with \
              --overwrite", .0.display())]
     Finished(PathBuf),
+    /// A run lies there that can go on.
+    #[error("{} holds a run that was interrupted: nothing was changed; go on with --resume, replace it with \
+             --overwrite, or name another folder with --out", .0.display())]
+    Begun(PathBuf),
     /// The scene needs what lies there.
     #[error("{} holds what the scene reads ({key} = {:?}): nothing was changed; name another folder with \
         --out", path.display(), needed.display().to_string())]

@@ -78,11 +78,12 @@ impl OutputFolder {
     /// Makes the folder, or empties it of an earlier run, and puts the scene in.
     ///
     /// An earlier run is replaced only in a folder that Bedload wrote, and only its own files:
-    /// whatever else lies there stays. A finished one is replaced only where that is asked for.
+    /// whatever else lies there stays. One that is finished, or was interrupted, is replaced only where that
+    /// is asked for.
     ///
     /// # Errors
     /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things,
-    /// [`OutputError::Finished`], [`OutputError::Link`], [`OutputError::File`].
+    /// [`OutputError::Finished`], [`OutputError::Begun`], [`OutputError::Link`], [`OutputError::File`].
     pub fn create(root: &Path, scene: &CheckedScene, overwrite: bool) -> Result<Self, OutputError> {
         fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
         let folder = Self::claimed(root)?;
@@ -90,6 +91,9 @@ impl OutputFolder {
             folder.require_marker()?;
             if !overwrite && folder.is_finished() {
                 return Err(OutputError::Finished(root.to_owned()));
+            }
+            if !overwrite && folder.can_go_on() {
+                return Err(OutputError::Begun(root.to_owned()));
             }
             folder.refuse_needed(scene)?;
             folder.remove_run()?;
@@ -198,10 +202,20 @@ impl OutputFolder {
 
     /// Did the run in the folder come to its end?
     pub fn is_finished(&self) -> bool {
-        // Of whatever version wrote it: only its status counts.
-        let text = protocol::input_file::read_text(&self.summary()).unwrap_or_default();
-        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-        summary["status"] == "completed"
+        self.status().as_deref() == Some("completed")
+    }
+
+    /// Was the run interrupted or killed, with a checkpoint to go on from?
+    fn can_go_on(&self) -> bool {
+        let ended = self.status().is_some_and(|status| status != "interrupted");
+        !ended && protocol::checkpoints::newest(&self.checkpoint()).is_some()
+    }
+
+    /// How the run ended, as `summary.json` of whatever version says; none where it was killed.
+    fn status(&self) -> Option<String> {
+        let text = protocol::input_file::read_text(&self.summary()).ok()?;
+        let summary: serde_json::Value = serde_json::from_str(&text).ok()?;
+        Some(summary["status"].as_str()?.to_owned())
     }
 
     /// Did it come to its end, and does the scene ask for no later one?

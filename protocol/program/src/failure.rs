@@ -86,6 +86,7 @@ impl From<OutputError> for Failure {
             OutputError::Scene(error) => Self::Scene(error),
             OutputError::Foreign { .. }
             | OutputError::Finished(_)
+            | OutputError::Begun(_)
             | OutputError::Link(_)
             | OutputError::Outside { .. }
             | OutputError::Needed { .. }

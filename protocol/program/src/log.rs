@@ -1,9 +1,11 @@
 //! The log of a run, in parts: `exchange.mcap`, and `exchange.<n>.mcap` for each resume.
 
 use bedload_output::OutputError;
+use protocol::checkpoints;
 use protocol::log::{FRAMES, LogError, MOST_PLOTTED, MOST_SPHERES, Manifest, Recorder, RecorderOptions};
 use protocol::message::{Command, Kinematics, Loads};
 use protocol::participant::{Role, Window};
+use protocol::serve::checkpoint_folder;
 
 use crate::failure::Failure;
 use crate::job::{Job, LogKind};
@@ -121,6 +123,10 @@ impl Log {
                 }
                 due = Some(Due::new(scene.scene.observe.every, until, bytes));
             }
+        }
+        if step > 0 {
+            let begin = checkpoint_folder(folder.root(), step);
+            checkpoints::keep(&begin).map_err(OutputError::file("keep the checkpoint", &begin))?;
         }
         let file = folder.log_part(folder.next_log_part());
         Ok(Some(Self { recorder: Recorder::create(&file, &manifest, RecorderOptions::default())?, due }))

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bedload_scene::{CheckedScene, SceneSource};
+use protocol::checkpoints::step_of;
 use protocol::log::{
     Comparison, Difference, FieldDifference, LogError, LogReader, Logged, LoggedWindow, Records, Windows,
 };
@@ -337,6 +338,14 @@ fn check<P: Participant>(participant: &P, log: &LogReader, options: &ReplayOptio
         let first = manifest.first_step;
         return Err(Failure::Run(format!(
             "{file}: it begins at step {first}: name the checkpoint of that step"
+        )));
+    }
+    let named = options.checkpoint.as_ref().and_then(|folder| Some((folder, step_of(folder)?)));
+    if let Some((folder, step)) = named.filter(|(_, step)| *step != manifest.first_step) {
+        let (folder, first) = (folder.display(), manifest.first_step);
+        return Err(Failure::Input(format!(
+            "--checkpoint {folder} is of step {step}, and {file} begins at step {first}: {}",
+            if first > 0 { "name the checkpoint of that step" } else { "leave it out" }
         )));
     }
     Ok(())

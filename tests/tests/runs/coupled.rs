@@ -179,6 +179,31 @@ kind = "resting-force-ratio"
 grain = 2
 "#;
 
+/// Four spheres that fall onto four, all of which touch: the pores between them are narrow.
+#[test]
+fn a_bed_that_has_come_to_rest_presses_with_its_weight() {
+    let folder = Folder::new("at-rest-bed");
+    let head = AT_REST.split_once("[[grains]]").expect("grains").0;
+    let head = head.replace("[3.0, 3.0, 4.0]", "[2.0, 2.0, 3.0]").replace("[24, 24, 32]", "[16, 16, 24]");
+    let places = [[0.5, 0.5, 0.5], [0.5, 1.5, 0.5], [1.5, 0.5, 0.5], [1.5, 1.5, 0.5]];
+    let above = places.map(|[x, y, _]| [x + 0.5, y + 0.5, 1.6]);
+    let grain = |[x, y, z]: &[f64; 3]| {
+        format!("[[grains]]\nposition = [{x}, {y}, {z}]\nradius = 0.5\ndensity = 1.5\n")
+    };
+    let grains: String = places.iter().chain(&above).map(grain).collect();
+    let contact = "[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.7\ncontact_time = 0.02\n\
+        friction = 0.3\n[dem.lubrication]\nform = \"none\"\n";
+    let metrics: String = (0..8)
+        .map(|n| format!("[[metrics]]\nname = \"g{n}\"\nkind = \"resting-force-ratio\"\ngrain = {n}\n"))
+        .collect();
+    let text = format!("{head}{grains}{contact}{metrics}").replace("0.03", "0.02").replace("24.0", "40.0");
+    let (scene, out) = (folder.write("bed.toml", &text), folder.join("out"));
+    complete(&scene, &out, &[]);
+    let mean = (0..8).map(|n| metric(&out, &format!("g{n}"))).sum::<f64>() / 8.0;
+    println!("contact over submerged weight {mean:.4}");
+    assert!((mean - 1.0).abs() < 0.01, "{mean}");
+}
+
 /// The force of the approach does not stay in the cells that grains seal with what they rest on; a run that
 /// goes on where they have just come to rest is the same to the last bit.
 #[test]

@@ -223,10 +223,11 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
     }
 
     fn part_of_step(&mut self, grains: &Grains<D>, allowed: f64, spacing: f64) -> f64 {
+        let at_rest = touch::part_at_rest(&self.loads, grains, allowed, spacing);
         if !self.few || self.contact.is_none() {
-            return 1.0;
+            return at_rest;
         }
-        touch::part_of_step(&mut self.loads, grains, allowed, spacing)
+        touch::part_at_touches(&mut self.loads, grains, allowed, spacing).min(at_rest)
     }
 
     /// Finds the cells that hold force, and the virtual masses of the window before.

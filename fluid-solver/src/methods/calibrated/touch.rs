@@ -20,9 +20,26 @@ const STEPS_AHEAD: f64 = 4.0;
 /// Way of a grain in such a step, over Δx, from which on touches count.
 const FAST: f64 = 0.05;
 
+/// Largest ν dt/Δx² while all grains rest, for so many windows after the last has come to rest: what the
+/// approach left of the force in narrow pores goes in some 17 ν dt/Δx² windows and more.
+const AT_REST: f64 = 0.15;
+const UNTIL_FORGOTTEN: u8 = 128;
+
+/// Part of the step `allowed`, s, that grains leave of it which have all just come to rest; `spacing`:
+/// smallest cell, m.
+pub(super) fn part_at_rest<const D: usize>(
+    loads: &GrainLoads,
+    grains: &Grains<D>,
+    allowed: f64,
+    spacing: f64,
+) -> f64 {
+    let part = AT_REST * spacing * spacing / (grains.model.viscosity * allowed);
+    if part < 1.0 && loads.have_come_to_rest(grains, UNTIL_FORGOTTEN, spacing / allowed) { part } else { 1.0 }
+}
+
 /// Part of the step `allowed`, s, that a touch in the last window leaves of it, or one that is near;
 /// `spacing`: smallest cell, m.
-pub(super) fn part_of_step<const D: usize>(
+pub(super) fn part_at_touches<const D: usize>(
     loads: &mut GrainLoads,
     grains: &Grains<D>,
     allowed: f64,

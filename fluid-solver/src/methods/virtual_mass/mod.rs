@@ -11,9 +11,9 @@ mod rest;
 
 use crate::boundary::Boundary;
 use crate::grid::{Geometry, Grid};
-use crate::immersed::body::{Motion, Patch, Shape, laboratory};
+use crate::immersed::body::{Motion, Shape, laboratory};
 use images::{at_a_wall, beside, touching_a_wall};
-use neighbours::Neighbours;
+use neighbours::{Near, Neighbours};
 
 /// C_v where nothing is near, and in a crowd. A disc alone has 1, but nothing depends on it.
 pub const ALONE: f64 = 0.5;
@@ -59,8 +59,9 @@ pub struct ByGap {
     /// Part of the window at which each grain first touches something; 1 where it does not.
     touches: Vec<f64>,
     excess: Vec<f64>,
-    /// Grains that rest on others or, the same twice, on walls, and where.
-    resting: Vec<([usize; 2], Patch)>,
+    /// What slow grains are near, and which of them something bears.
+    near: Vec<Near>,
+    borne: Vec<bool>,
 }
 
 /// Part of a window at which a gap that goes from the first to the last of `gaps` closes; 1 if it does not.
@@ -100,7 +101,8 @@ impl ByGap {
             contacts: vec![0; shapes.len()],
             touches: vec![1.0; shapes.len()],
             excess: vec![0.0; shapes.len()],
-            resting: Vec::new(),
+            near: Vec::new(),
+            borne: vec![false; shapes.len()],
         }
     }
 

@@ -37,6 +37,15 @@ impl Cells {
     }
 }
 
+/// Two grains near each other, or twice the same at a wall, the direction from the first to the second, and
+/// the gap.
+#[derive(Clone, Debug)]
+pub(super) struct Near {
+    pub(super) grains: [usize; 2],
+    pub(super) normal: [f64; 3],
+    pub(super) gap: f64,
+}
+
 /// A cell list over the box of the grid, made anew for each window.
 #[derive(Clone, Debug)]
 pub(super) struct Neighbours {
@@ -77,7 +86,7 @@ impl Neighbours {
         mut each: impl FnMut(usize, usize, [f64; 2]),
     ) {
         self.sort(now);
-        self.each_near(|i, j| {
+        self.each_neighbour(|i, j| {
             let gaps = [now, then].map(|motions| self.gap(shapes, motions, i, j));
             if gaps[0].min(gaps[1]) < self.reach * shapes[i].radius.min(shapes[j].radius) {
                 each(i, j, gaps);
@@ -85,17 +94,20 @@ impl Neighbours {
         });
     }
 
-    /// Calls `each` once with every pair that touches and the way from the first to the second, m.
-    pub(super) fn each_contact(
+    /// Calls `each` once with every pair whose gap is at most `most`, m, the way from the first to the
+    /// second, m, and the gap.
+    pub(super) fn each_near(
         &mut self,
         shapes: &[Shape],
         now: &[Motion],
-        mut each: impl FnMut(usize, usize, [f64; 3]),
+        most: f64,
+        mut each: impl FnMut(usize, usize, [f64; 3], f64),
     ) {
         self.sort(now);
-        self.each_near(|i, j| {
-            if self.gap(shapes, now, i, j) <= 0.0 {
-                each(i, j, self.way(now, i, j));
+        self.each_neighbour(|i, j| {
+            let gap = self.gap(shapes, now, i, j);
+            if gap <= most {
+                each(i, j, self.way(now, i, j), gap);
             }
         });
     }
@@ -112,7 +124,7 @@ impl Neighbours {
     }
 
     /// Calls `each` once with every pair in cells beside each other.
-    fn each_near(&self, mut each: impl FnMut(usize, usize)) {
+    fn each_neighbour(&self, mut each: impl FnMut(usize, usize)) {
         let Self { axes: [x, y, z], order, begins, cell, .. } = self;
         for (i, at) in cell.iter().enumerate() {
             let [cx, cy, cz] = self.split(*at);

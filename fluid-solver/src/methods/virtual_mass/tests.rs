@@ -132,6 +132,15 @@ fn masks_open_where_grains_have_come_to_rest() {
     assert_eq!((floor.len(), fixed.len(), passes.len()), (0, 1, 1));
     assert!((fixed[0][0] - 1.0).abs() < 1e-9 && (passes[0][0] + 1.0).abs() < 1e-9);
     assert!(open(&motions(0.05), 0.0).iter().all(Vec::is_empty), "short steps need none");
+    // What hovers a little keeps its count, what has left and comes back begins anew.
+    let above = |gap: f64| [at([3.0, 2.0, 1.0 + gap]), at([3.0, 2.0, 3.5]), at([5.0, 5.0, 5.0])];
+    assert!(open(&above(0.005), 0.1)[0].is_empty() && open(&above(-0.001), 0.1)[0].is_empty());
+    assert!(open(&above(0.02), 0.1)[0].is_empty());
+    assert_eq!(open(&above(-0.001), 0.1)[0].len(), 1);
+    // What began at rest has sealed nothing.
+    rests = [u8::MAX; 3];
+    by_gap.open_masks(&mut shapes, &above(-0.001), [0.1, 0.1], (&mut rests, true));
+    assert!(shapes[0].patches.is_empty());
 }
 
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.

@@ -304,6 +304,20 @@ fn outflow_that_turns_back_does_no_harm() {
     }
 }
 
+/// Nothing enters any more: what is left of the parabola on the outflow does not drive a flow, and viscosity
+/// takes all of it, as e^{−π² ν t}.
+#[test]
+fn a_channel_whose_inflow_stops_comes_to_rest() {
+    for scheme in SCHEMES {
+        let mut s = stepper(plane_channel(8, 0, 1.0), 0.5, scheme);
+        settle(&mut s, 100, 0.02);
+        s.set_inflow(0, 0, |_, _| 0.0);
+        settle(&mut s, 300, 0.02);
+        let left = s.state().velocity.iter().flatten().fold(0.0_f64, |most, u| most.max(u.abs()));
+        assert!(left < 1e-6, "{scheme:?}: {left}");
+    }
+}
+
 /// Open grids for the tests of same bits, large enough for four threads.
 fn space_grid() -> Grid<3> {
     grid(

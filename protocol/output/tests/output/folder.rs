@@ -90,7 +90,19 @@ fn a_finished_run_is_replaced_only_where_that_is_asked_for() {
     let create = |overwrite: bool| OutputFolder::create(&root, &sphere(""), overwrite);
     let summary = create(false).expect("creates").summary();
     fs::write(&summary, "{\"status\": \"interrupted\"}").expect("writes");
-    drop(create(false).expect("an unfinished one is replaced"));
+    drop(create(false).expect("one that cannot go on is replaced"));
+    let begun = create(true).expect("replaces").checkpoint().join("0000000005");
+    fs::create_dir(&begun).expect("makes");
+    fs::write(protocol::checkpoint::path(&begun, "loop"), "x").expect("writes");
+    for text in ["{\"status\": \"interrupted\"}", "cut off"] {
+        fs::write(&summary, text).expect("writes");
+        let error = create(false).expect_err("it can go on").to_string();
+        assert!(error.contains("--resume") && error.contains("--overwrite"), "{error}");
+        assert!(begun.exists());
+    }
+    fs::write(&summary, "{\"status\": \"unstable\"}").expect("writes");
+    drop(create(false).expect("one that failed is replaced"));
+    assert!(!begun.exists());
     let finished = "{\"status\": \"completed\"}";
     fs::write(&summary, finished).expect("writes");
     let error = create(false).expect_err("finished").to_string();

@@ -91,7 +91,7 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
     missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
     missing::of_spin(&grain.spin, geometry, &key("spin"), source)?;
     held(scene, index, grain, source)?;
-    clear_of_outflow(scene, index, grain, source)?;
+    clear_of_faces(scene, index, grain, source)?;
     inside(scene, index, grain, source)?;
     resolved(scene, index, grain, source)
 }
@@ -123,9 +123,14 @@ fn held(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Che
     Ok(())
 }
 
+/// Part of its reach by which a grain that moves along a face may stand behind it.
+const BEHIND: f64 = 0.05;
+
 /// What does not move keeps clear of faces through which fluid leaves: as much leaves as enters, so that the
-/// face drives fluid through the grain, and the force that stops it grows as the window gets shorter.
-fn clear_of_outflow(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+/// face drives fluid through the grain, and the force that stops it grows as the window gets shorter. What
+/// moves along a free-slip face keeps clear of it: it would cut off a part of its force, and none of its
+/// mass.
+fn clear_of_faces(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
     let domain = &scene.domain;
     for axis in (0..domain.dimensions()).filter(|_| scene.medium.is_some()) {
         let Some(faces) = domain.boundary(axis) else { continue };
@@ -142,12 +147,23 @@ fn clear_of_outflow(scene: &Scene, index: usize, grain: &Grain, source: &SceneSo
             let is_outflow = face.is_some_and(|face| face.kind == WallKind::Outflow);
             let mut direction = [0.0; 3];
             direction[component] = side;
-            let left = side * (at - grain.position[component]) - grain.reach_along(direction);
+            let reach = grain.reach_along(direction);
+            let left = side * (at - grain.position[component]) - reach;
             source.refuse_if(
                 stands && is_outflow && left < 0.0,
                 &grain_key(scene, index, "position"),
                 format_args!("puts grain {index}, which does not move, {} m into an outflow face", -left),
                 "end what stands before the face, by a cell or more",
+            )?;
+            let passes = face.is_some_and(|face| face.kind == WallKind::FreeSlip && !face.contact);
+            source.refuse_if(
+                grain.motion == Motion::Free && stands && passes && left < -BEHIND * reach,
+                &grain_key(scene, index, "position"),
+                format_args!(
+                    "puts grain {index}, which stays there, {} m behind a free-slip face, where no fluid acts on it",
+                    -left
+                ),
+                "move it in, or take the whole box where the face is a plane of symmetry",
             )?;
         }
     }

@@ -124,6 +124,7 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "grains in one place": "position = [2.0, 2.0, 3.0]" => "§position = [2.0, 2.0, 1.0]"; "grains[1].position", "overlap";
     "overlap across a period": "position = [2.0, 2.0, 1.0]" => "position = [0.1, 2.0, 1.0]", "position = [2.0, 2.0, 3.0]" => "§position = [3.9, 2.0, 1.0]";
         "grains[1].position", "overlap";
+    "grain behind a free-slip face": "x = \"periodic\"" => "x = \"free-slip\"", "position = [2.0, 2.0, 3.0]" => "locked = [\"x\"]\n§position = [3.8, 2.0, 3.0]"; "grains[1].position", "grain 1", "behind a free-slip face";
     "grain in a face": "position = [2.0, 2.0, 3.0]" => "§position = [2.0, 2.0, 3.9]"; "grains[1].position", "into the wall";
     "grain in a wall": "position = [2.0, 2.0, 1.0]" => "§position = [2.0, 2.0, 0.7]"; "grains[0].position", "into the wall";
     "grain outside": "position = [2.0, 2.0, 3.0]" => "§position = [5.0, 2.0, 3.0]"; "grains[1].position", "outside the box", "X";
