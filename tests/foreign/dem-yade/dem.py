@@ -31,7 +31,8 @@ class Yade(Dem):
         log_e = math.log(law["restitution"])
         k, c = (math.pi**2 + log_e**2) / self.t_c**2, -2 * log_e / self.t_c  # over m*: Izard et al. 2014, eqs 17 and 18
         kt, ct = law.get("stiffness_ratio", 0.2) * k, law.get("damping_ratio", 1.0) * c
-        for m in (self.m, 1e12 * self.m):  # YADE joins the springs of both partners one behind the other; a wall's is rigid
+        full = self.m * (1 + 0.5 * scene.get("medium", {}).get("density", 0.0) / grains[0]["density"])  # with a virtual mass
+        for m in (full, 1e12 * full):  # YADE joins the springs of both partners one behind the other; a wall's is rigid
             O.materials.append(ViscElMat(kn=m * k, cn=m * c, ks=m * kt, cs=m * ct, density=grains[0]["density"],
                                          frictionAngle=math.atan(law.get("friction", 0.0))))
         for g in grains:

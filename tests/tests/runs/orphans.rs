@@ -131,7 +131,7 @@ fn the_runs_of_a_study_end_with_it() {
         signal(study.id(), how);
         study.wait().expect("it ends");
         for pid in &found {
-            wait_until(5.0, || !is_alive(*pid)).unwrap_or_else(|why| panic!("{how}: {why}"));
+            wait_until(20.0, || !is_alive(*pid)).unwrap_or_else(|why| panic!("{how}: {why}"));
         }
         assert_eq!(summary(&folder.join("out/long/a"))["status"], "interrupted", "{how}");
     }
