@@ -191,6 +191,27 @@ fn a_chart_without_any_error_fails_and_a_wrong_folder_is_refused() {
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
 }
 
+/// Each of two charts has a folder of its own; neither replaces the other, nor what a third has made.
+#[test]
+fn two_charts_do_not_share_a_folder() {
+    let folder = Folder::new("two-charts");
+    let chart = "[chart]\nmetric = \"speed\"\nreference = 0.0873421\n[[chart.runs]]\nlabel = \"a\"\n\
+                 set = { \"dem.steps_per_contact\" = 50 }\n";
+    let [one, two] = ["one", "two"].map(|name| {
+        let out = folder.join("out");
+        let scene = folder.write(&format!("{name}.toml"), &format!("{SCENE}{chart}"));
+        (scene, out.join(name))
+    });
+    let out = folder.join("out");
+    let words = ["study".as_ref(), one.0.as_os_str(), two.0.as_os_str(), "--out".as_ref(), out.as_os_str()];
+    let output = bedload(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(one.1.join("chart.csv").exists() && two.1.join("chart.csv").exists());
+    let output = bedload(&["chart".as_ref(), two.0.as_os_str(), "--out".as_ref(), one.1.as_os_str()]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("another study"), "{}", said(&output));
+}
+
 #[test]
 fn a_folder_in_use_is_left_alone() {
     let folder = Folder::new("chart-in-use");

@@ -149,6 +149,13 @@ fn a_film_of_a_dry_run_shows_the_box_while_its_grains_move() {
     let out = out.to_str().expect("UTF-8");
     let run = bedload(&["run", scene.to_str().expect("UTF-8"), "--out", out]);
     assert!(run.status.success(), "{}", said(&run));
+    let film = bedload(&["film", out, "--field", "pressure"]);
+    assert_eq!(film.status.code(), Some(2), "{}", said(&film));
+    assert!(
+        said(&film).contains("--field pressure") && said(&film).contains("only grains"),
+        "{}",
+        said(&film)
+    );
     let film = bedload(&["film", out, "--width", "200"]);
     assert!(film.status.success(), "{}", said(&film));
     let frames: Vec<_> = std::fs::read_dir(folder.join("out/film"))

@@ -258,18 +258,20 @@ fn a_dem_alone_that_goes_on_begins_another_part() {
     let folder = Folder::new("replay-dry-resumed");
     let first = log(&folder, DRY, &["--until", "0.5"]);
     let (scene, out) = (folder.join("scene.toml"), folder.join("run"));
-    // The run that goes on replaces its checkpoints.
-    let (newest, kept) = (protocol::checkpoints::newest_of_run(&out), folder.join("kept"));
-    std::fs::create_dir(&kept).expect("a folder");
-    for entry in std::fs::read_dir(&newest).expect("a checkpoint").flatten() {
-        std::fs::copy(entry.path(), kept.join(entry.file_name())).expect("a copy");
-    }
+    // The run that goes on replaces its checkpoints, but for the one at which its log begins.
+    let kept = protocol::checkpoints::newest_of_run(&out);
     ends(&bedload(&["run", path(&scene), "--out", path(&out), "--resume"]), 0, &[]);
     ends(&replay(&first, "dem", &["--verify"]), 0, &["10 messages"]);
     let rest = out.join("exchange.2.mcap");
     ends(&bedload(&["log", "info", path(&rest)]), 0, &["bedload/kinematics", "complete"]);
     ends(&replay(&rest, "dem", &["--verify"]), 2, &["--checkpoint"]);
     ends(&replay(&rest, "dem", &["--verify", "--checkpoint", path(&kept)]), 0, &["10 messages compared"]);
+    let newest = protocol::checkpoints::newest_of_run(&out);
+    assert!(newest != kept && kept.exists());
+    ends(&replay(&rest, "dem", &["--verify", "--checkpoint", path(&newest)]), 2, &["begins at step"]);
+    ends(&replay(&first, "dem", &["--checkpoint", path(&kept)]), 2, &["leave it out"]);
+    // Nothing is written into the folder of a run.
+    ends(&replay(&first, "dem", &["--out", path(&out)]), 2, &["holds a run", "--out"]);
     // Of another scene it is refused.
     let other = folder.write("other.toml", &DRY.replace("restitution = ", "restitution = 0.2 # "));
     let elsewhere = folder.join("elsewhere");
