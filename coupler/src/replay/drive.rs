@@ -97,7 +97,6 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
         },
     };
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
-    refuse_run(&root)?;
     let folder = OutputFolder::create(&root, &now.scene, false)?;
     if !now.solver.is_ours() {
         folder.write_scene_in_full(&now.scene, None, None, None)?;
@@ -106,18 +105,6 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
     let (role, command) = (request.drive, now.solver.run_command());
     let join_s = coupling.startup_deadline;
     Ok((Setup { role, command, scene: now.scene, coupling, folder, file, join_s }, substeps))
-}
-
-/// A folder with a run in it would be emptied, perhaps of the log itself.
-pub(super) fn refuse_run(folder: &Path) -> Result<(), Failure> {
-    let of_run =
-        ["exchange.mcap", "series.csv", "summary.json"].into_iter().find(|name| folder.join(name).exists());
-    of_run.map_or(Ok(()), |name| {
-        let folder = folder.display();
-        Err(Failure::Input(format!(
-            "{folder} holds a run ({name}): name a new folder for the replay with --out"
-        )))
-    })
 }
 
 /// What the other side sends in a window that the log has no message of it for: it took no part.

@@ -18,6 +18,7 @@ mod request;
 mod substeps;
 
 use std::ffi::OsString;
+use std::path::Path;
 
 use bedload_program::Interrupts;
 use protocol::log::{LogReader, Manifest};
@@ -52,14 +53,26 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
             manifest.first_step
         )));
     }
+    if let Some(out) = &replay.out {
+        refuse_run(out)?;
+    }
     let interrupts = Interrupts::listen(3)?;
     if replay.compare || !replay.overrides.is_empty() {
         return drive::compare(replay, reader, &interrupts);
     }
-    if let Some(out) = &replay.out {
-        drive::refuse_run(out)?;
-    }
     alone(replay, &manifest, &interrupts)
+}
+
+/// A folder with a run in it would be emptied, perhaps of the log itself, or mixed with the replay.
+fn refuse_run(folder: &Path) -> Result<(), Failure> {
+    let of_run =
+        ["exchange.mcap", "series.csv", "summary.json"].into_iter().find(|name| folder.join(name).exists());
+    of_run.map_or(Ok(()), |name| {
+        let folder = folder.display();
+        Err(Failure::Input(format!(
+            "{folder} holds a run ({name}): name a new folder for the replay with --out"
+        )))
+    })
 }
 
 /// Starts the solver on the log and passes its exit code on: 0 the same, 1 different, 6 the log breaks off.

@@ -25,27 +25,25 @@ pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure>
         let what = "is the output folder of a run; name another with --out".to_owned();
         return Err(content(folder)(what));
     }
-    let is_empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
     let file = folder.join(SCENE);
-    if !is_empty && !read(&file).is_ok_and(|text| text.starts_with(MARKER)) {
-        return Err(Failure::Input(format!(
-            "{} is not empty, and no folder of a study by Bedload: nothing was changed; name another with --out",
-            folder.display()
-        )));
+    // a name with a line break would end the comment
+    let name = scene.file.replace(['\n', '\r'], " ");
+    if std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
+        let there = read(&file).unwrap_or_default();
+        let there = there.lines().next().and_then(|line| line.strip_prefix(MARKER)).map(str::trim);
+        let base = |name| Path::new(name).file_name();
+        let what = match there {
+            None => Some("is not empty, and no folder of a study by Bedload".to_owned()),
+            Some(other) if base(other) == base(name.trim()) => None,
+            Some(other) => Some(format!("is the folder of another study, of {other}")),
+        };
+        if let Some(what) = what {
+            let (folder, remedy) = (folder.display(), "nothing was changed; name another with --out");
+            return Err(Failure::Input(format!("{folder} {what}: {remedy}")));
+        }
     }
     make(folder)?;
     let claim = Claim::of(folder)?;
-    // a name with a line break would end the comment
-    let name = scene.file.replace(['\n', '\r'], " ");
-    let base = |name: &str| Path::new(name.trim()).file_name().map(std::ffi::OsStr::to_owned);
-    let there = read(&file).unwrap_or_default();
-    let there = there.lines().next().and_then(|line| line.strip_prefix(MARKER)).unwrap_or(&name);
-    if base(there) != base(&name) {
-        return Err(Failure::Input(format!(
-            "{} is the folder of another study, of{there}: nothing was changed; name another with --out",
-            folder.display()
-        )));
-    }
     let text = format!("{MARKER} {name}\n{}", scene.text_for_any_folder());
     atomic_write(&file, text.as_bytes())?;
     Ok(claim)

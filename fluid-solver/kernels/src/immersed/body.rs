@@ -120,6 +120,11 @@ impl Motion {
         Self { centre, angle: self.angle + dt * self.spin[1], ..*self }
     }
 
+    /// Speed of the centre, m/s.
+    pub fn speed(&self) -> f64 {
+        self.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         [self.centre, self.velocity, self.spin].as_flattened().iter().all(|x| x.is_finite())

@@ -49,7 +49,7 @@ pub(super) fn part_at_touches<const D: usize>(
     let norm = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     let Memory { jumps, before, .. } = &grains.memory;
     let turns = |(jump, before): (&[f64; 3], &Motion)| {
-        let speed = norm(&before.velocity);
+        let speed = before.speed();
         speed > fast && norm(jump) > 0.5 * speed
     };
     if jumps.iter().zip(before).any(turns) {

@@ -66,18 +66,14 @@ impl ByGap {
 
     /// Whether all free grains are slower than `slow`, m/s.
     pub fn all_slow(&self, now: &[Motion], slow: f64) -> bool {
-        self.free.iter().zip(now).all(|(free, now)| {
-            let square: f64 = now.velocity.iter().map(|v| v * v).sum();
-            !free || square < slow * slow
-        })
+        self.free.iter().zip(now).all(|(free, now)| !free || now.speed() < slow)
     }
 
     /// Finds what slow grains are near.
     fn find_near(&mut self, shapes: &[Shape], now: &[Motion], [slow, spacing]: [f64; 2]) {
         let Self { walls, free, neighbours, near, borne, .. } = self;
         near.clear();
-        let norm = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let is_slow = |grain: usize| shapes[grain].outline.is_none() && norm(&now[grain].velocity) < slow;
+        let is_slow = |grain: usize| shapes[grain].outline.is_none() && now[grain].speed() < slow;
         for grain in 0..shapes.len() {
             borne[grain] = !free[grain] && is_slow(grain);
             if !free[grain] || !is_slow(grain) {
@@ -94,7 +90,7 @@ impl ByGap {
         }
         neighbours.each_near(shapes, now, LEFT * spacing, |i, j, way, gap| {
             if (free[i] || free[j]) && is_slow(i) && is_slow(j) {
-                let length = norm(&way);
+                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
                 near.push(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
             }
         });
