@@ -350,7 +350,7 @@ impl Participant for DemParticipant {
 
     fn totals(&self, out: &mut Vec<f64>) {
         if let Some(asked) = &self.totals {
-            asked.add(&self.dem.grains, &self.contacts(), self.dem.films_on_walls(), out);
+            asked.add(&self.dem, || self.contacts(), out);
         }
         if let Some(components) = self.servos {
             add_servos(components, &self.dem, out);

@@ -70,10 +70,12 @@ impl Dem {
                     Wanted { observations: !observed.gap_end.is_empty(), orientation: self.orientation };
                 bulk.begin(grains, loaded.then_some(&*response), &first, wanted);
                 let done = advance_bulk(bulk, grains, time, dt_window, n_sub);
-                observed.clear();
+                observed.begin(around.walls.len());
+                let each = 1.0 / f64::from(n_sub);
+                bulk.add_wall_forces(&mut observed.wall_contact);
+                observed.wall_contact.iter_mut().for_each(|mean| *mean *= each);
                 if wanted.observations {
                     bulk.observe(observed, (self.time, dt));
-                    let each = 1.0 / f64::from(n_sub);
                     observed.mean_contact.iter_mut().for_each(|mean| *mean *= each);
                     gaps_to_walls(grains, around, None, observed, self.time);
                 }

@@ -82,13 +82,17 @@ impl Dissipated {
     }
 }
 
-/// Observations of one window, per grain.
+/// Observations of one window, per grain and per wall.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observations {
     /// Mean contact force over the window, N.
     pub mean_contact: Vec<Vec3>,
     /// Mean modelled lubrication force over the window, N.
     pub mean_lubrication: Vec<Vec3>,
+    /// Mean force of contacts on each wall over the window, N.
+    pub wall_contact: Vec<Vec3>,
+    /// Mean force of modelled films on each wall over the window, N; the bulk engine has none.
+    pub wall_lubrication: Vec<Vec3>,
     /// Smallest gap over the window within the watched range and at its end, m; infinite if nothing
     /// was near.
     pub smallest_gap: Vec<f64>,
@@ -111,6 +115,8 @@ impl Observations {
         Self {
             mean_contact: vec![Vec3::zeros(); n],
             mean_lubrication: vec![Vec3::zeros(); n],
+            wall_contact: Vec::new(),
+            wall_lubrication: Vec::new(),
             smallest_gap: vec![f64::INFINITY; n],
             gap_end: vec![f64::INFINITY; n],
             impact_speed: vec![0.0; n],
@@ -119,8 +125,12 @@ impl Observations {
         }
     }
 
-    /// Forgets the last window.
-    pub fn clear(&mut self) {
+    /// Forgets the last window; the next one has this number of walls.
+    pub(crate) fn begin(&mut self, walls: usize) {
+        for forces in [&mut self.wall_contact, &mut self.wall_lubrication] {
+            forces.clear();
+            forces.resize(walls, Vec3::zeros());
+        }
         self.mean_contact.fill(Vec3::zeros());
         self.mean_lubrication.fill(Vec3::zeros());
         self.smallest_gap.fill(f64::INFINITY);

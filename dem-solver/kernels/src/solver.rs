@@ -267,12 +267,6 @@ impl Dem {
         self.general().map_or(&[], |general| &general.evaluation.forces.lubrication)
     }
 
-    /// Force of modelled films on each wall at the last sub-step, N. Empty in the bulk engine.
-    #[must_use]
-    pub fn films_on_walls(&self) -> &[Vec3] {
-        self.general().map_or(&[], |general| general.evaluation.films_on_walls())
-    }
-
     /// How often the neighbour lists were built.
     #[must_use]
     pub fn list_builds(&self) -> u64 {

@@ -1,10 +1,9 @@
-//! Sums over contacts that `observe.totals` asks for.
+//! What `observe.totals` asks for.
 
 use bedload_scene::{CheckedScene, Domain, Total};
 
 use crate::contacts::{Contact, is_free};
-use crate::grains::Grains;
-use crate::motion::Vec3;
+use crate::report::Observations;
 use crate::solver::Dem;
 
 /// Components of the geometry.
@@ -51,22 +50,21 @@ impl Totals {
         })
     }
 
-    /// The values in the order of [`bedload_output::totals::dem_values`]; `films` push each wall.
-    pub(crate) fn add(&self, grains: &Grains, contacts: &[Contact], films: &[Vec3], out: &mut Vec<f64>) {
+    /// Adds the values in the order of [`bedload_output::totals::dem_values`].
+    pub(crate) fn add(&self, dem: &Dem, contacts: impl FnOnce() -> Vec<Contact>, out: &mut Vec<f64>) {
         if self.coordination {
+            let (grains, contacts) = (&dem.grains, contacts());
             let counts = |i: &usize| is_free(grains, *i) && self.domain.holds(&grains.position[*i].into());
             let free = (0..grains.len()).filter(counts).count();
             let ends: usize = contacts.iter().map(|contact| if contact.held { 1 } else { 2 }).sum();
             out.push(ends as f64 / free.max(1) as f64);
         }
-        for face in 0..if self.forces { self.faces } else { 0 } {
-            let here = contacts.iter().filter(|contact| contact.wall == Some(self.walls + face));
-            let push = here.fold([0.0; 3], |sum, contact| std::array::from_fn(|c| sum[c] - contact.force[c]));
-            out.extend(self.components.iter().map(|c| push[*c]));
-        }
-        for face in 0..if self.films { self.faces } else { 0 } {
-            let push = films.get(self.walls + face).copied().unwrap_or_default();
-            out.extend(self.components.iter().map(|c| push[*c]));
+        let Observations { wall_contact, wall_lubrication, .. } = dem.observations();
+        for (asked, on_walls) in [(self.forces, wall_contact), (self.films, wall_lubrication)] {
+            for face in 0..if asked { self.faces } else { 0 } {
+                let push = on_walls.get(self.walls + face).copied().unwrap_or_default();
+                out.extend(self.components.iter().map(|c| push[*c]));
+            }
         }
     }
 }

@@ -55,7 +55,7 @@ fn apart(a: &Dem, b: &Dem) -> (f64, f64) {
 fn agree(set_up: &DemSpec, loads: &[GrainLoad], windows: usize) {
     let (mut bulk, mut plain) = (dem(set_up), dem(&general(set_up)));
     assert!(bulk.is_bulk() && !plain.is_bulk());
-    let (mut met, mut rubbed) = (0, false);
+    let (mut met, mut rubbed, mut borne) = (0, false, 0.0f64);
     for window in 0..windows {
         let a = bulk.advance(2e-3, 10, loads).expect("advances");
         let b = plain.advance(2e-3, 10, loads).expect("advances");
@@ -67,10 +67,16 @@ fn agree(set_up: &DemSpec, loads: &[GrainLoad], windows: usize) {
         ] {
             assert!(a == b || (a - b).abs() < 1e-11, "window {window}: {what} {a} and {b}");
         }
+        let seen = [&bulk, &plain].map(|dem| &dem.observations().wall_contact);
+        assert_eq!(seen.map(Vec::len), [set_up.walls.len(); 2]);
+        for (a, b) in seen[0].iter().zip(seen[1]) {
+            assert!((a - b).norm() < 1e-9 * (1.0 + b.norm()), "window {window}: {a} and {b}");
+            borne = borne.max(a.norm());
+        }
         met += a.contacts;
         rubbed |= bulk.save().contacts.iter().any(|contact| contact.spring != [0.0; 3]);
     }
-    assert!(met > 10 * windows && rubbed, "{met} contacts");
+    assert!(met > 10 * windows && rubbed && borne > 0.0, "{met} contacts, {borne} N on walls");
     let (x, v) = apart(&bulk, &plain);
     println!("{} grains, {windows} windows: {x:e} m, {v:e} m/s", set_up.grains.len());
     // sizes and speeds are of order 1

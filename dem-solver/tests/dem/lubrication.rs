@@ -278,7 +278,7 @@ fn what_is_held_bears_all_films_that_share_it() {
     film(&mut row);
     let mut solver = dem(&row);
     solver.advance(1e-3, 1, &[]).expect("advances");
-    let (one, all) = (solver.lubrication_force()[3].z, solver.films_on_walls()[0].z);
+    let (one, all) = (solver.lubrication_force()[3].z, solver.observations().wall_lubrication[0].z);
     assert!(one > 0.0 && (all + 8.0 * one).abs() < 1e-12 * all.abs(), "{all} of eight times {one}");
 
     let mut held = Grain::new([0.0; 3], R, 1.0);
@@ -410,7 +410,8 @@ fn a_sphere_beside_a_wall_slides_and_rolls_as_published() {
     assert!(u < 0.2 && w > 0.02, "the film acts");
     assert!((ours / u - 1.0).abs() < 1e-3 && (spin / w - 1.0).abs() < 1e-3);
     // It drags the wall along as much.
-    let (drag, on_wall) = (solver.lubrication_force()[0].x, solver.films_on_walls()[0].x);
+    let seen = solver.observations();
+    let (drag, on_wall) = (seen.mean_lubrication[0].x, seen.wall_lubrication[0].x);
     assert!(drag < 0.0 && on_wall == -drag, "{on_wall} for {drag}");
     // Without it nothing brakes.
     let settings = LubricationSettings { tangential: Some(false), ..settings };

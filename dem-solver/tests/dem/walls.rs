@@ -1,8 +1,9 @@
 //! Walls that turn, and walls that follow a pressure.
 
 use crate::common::{cloud, dem, floor, law, repeats, spec};
+use dem_solver::grains::Grains;
 use dem_solver::laws::walls::Plane;
-use dem_solver::{DemSpec, Engine, Freedom, Grain, Integrator, Motion, OverTime, Servo, Vec3, Wall};
+use dem_solver::{Dem, DemSpec, Engine, Freedom, Grain, Integrator, Motion, OverTime, Servo, Vec3, Wall};
 
 const INTEGRATORS: [Integrator; 3] =
     [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk3];
@@ -16,6 +17,37 @@ fn slider(x: f64, mu: f64) -> DemSpec {
     let mut set_up = spec(vec![grain], law);
     set_up.gravity = [0.0, 0.0, -1.0].into();
     set_up
+}
+
+/// The force on a wall is the mean over the window: it gives grains that bounce within one their momentum,
+/// though none touches the wall as the window ends.
+#[test]
+fn a_wall_bears_the_mean_over_the_window() {
+    let grains = cloud(27, 3).into_iter().enumerate().map(|(k, mut grain)| {
+        grain.position = [3.0 * k as f64, 0.0, grain.radius + 1e-3 * (k + 1) as f64];
+        (grain.velocity, grain.spin) = ([0.3, 0.0, -1.0], [0.0; 3]);
+        grain
+    });
+    let mut rough = law(0.5, 0.01);
+    rough.friction = 0.3;
+    let mut of_bulk = spec(grains.collect(), rough);
+    of_bulk.walls.push(floor());
+    of_bulk.engine = Engine::Bulk;
+    let general = |integrator| DemSpec { integrator, engine: Engine::General, ..of_bulk.clone() };
+    for set_up in INTEGRATORS.map(general).iter().chain([&of_bulk]) {
+        let mut solver = dem(set_up);
+        let momentum = |dem: &Dem| -> Vec3 {
+            let Grains { mass, velocity, .. } = &dem.grains;
+            mass.iter().zip(velocity).map(|(mass, v)| v * *mass).sum()
+        };
+        let before = momentum(&solver);
+        let report = solver.advance(0.1, 1000, &[]).expect("advances");
+        assert_eq!(report.contacts, 0, "no contact at the end");
+        let gained = momentum(&solver) - before;
+        let given = solver.observations().wall_contact[0] * -0.1;
+        assert!(gained.z > 1.0 && gained.x.abs() > 0.01, "{gained}");
+        assert!((given - gained).norm() < 1e-9 * gained.norm(), "{given} for {gained}");
+    }
 }
 
 /// A plane turns about an axis beside it as the integral of a table says, whatever the instant.

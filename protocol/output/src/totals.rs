@@ -24,6 +24,10 @@ fn value(name: String, unit: &str) -> Extra {
     Extra { name, unit: unit.to_owned(), when: When::End }
 }
 
+fn mean(name: String, unit: &str) -> Extra {
+    Extra { when: When::Window, ..value(name, unit) }
+}
+
 /// `<name>_<axis>_<side>_<component>` for each face of the box that `counts`.
 fn at_faces(scene: &CheckedScene, name: &str, counts: impl Fn(&Face) -> bool) -> Vec<Extra> {
     let (domain, components) = (&scene.scene.domain, components(scene));
@@ -33,7 +37,7 @@ fn at_faces(scene: &CheckedScene, name: &str, counts: impl Fn(&Face) -> bool) ->
         for (face, side) in [(faces.lower, "lower"), (Some(faces.upper), "upper")] {
             if face.as_ref().is_some_and(&counts) {
                 let name = |c: &usize| format!("{name}_{}_{side}_{}", LETTERS[*a], LETTERS[*c]);
-                values.extend(components.iter().map(|c| value(name(c), "N")));
+                values.extend(components.iter().map(|c| mean(name(c), "N")));
             }
         }
     }
@@ -57,8 +61,9 @@ pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
     values
 }
 
-/// What the DEM gives after a window: contacts per free grain, then the force of contacts on each face that
-/// grains touch, N, in the order of [`bedload_scene::Domain::contact_faces`], that of films, and [`servos`].
+/// What the DEM gives after a window: contacts per free grain, then the mean force of contacts on each face
+/// that grains touch over the window, N, in the order of [`bedload_scene::Domain::contact_faces`], that of
+/// films, and [`servos`].
 pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
     let mut values = Vec::new();
     if let Some(totals) = asked(scene) {
@@ -84,10 +89,8 @@ pub fn servos(scene: &CheckedScene) -> Vec<Extra> {
     for (w, _) in walls.filter(|_| scene.scene.observe.values_over_time) {
         values.push(value(format!("servo_way[{w}]"), "m"));
         values.push(value(format!("servo_speed[{w}]"), "m/s"));
-        values.extend(components(scene).into_iter().map(|c| Extra {
-            when: When::Window,
-            ..value(format!("servo_stress_{}[{w}]", LETTERS[c]), "Pa")
-        }));
+        let letters = components(scene).into_iter().map(|c| LETTERS[c]);
+        values.extend(letters.map(|letter| mean(format!("servo_stress_{letter}[{w}]"), "Pa")));
     }
     values
 }
@@ -211,7 +214,8 @@ impl Bed {
                         let places = [FLUID_ON, CONTACTS_ON, FILMS_ON].map(place);
                         // A face that nothing acts on has none.
                         if places.iter().any(|place| *place != usize::MAX) {
-                            make(&format!("wall_stress_{face}"), "Pa", Made::WallStress(places));
+                            columns
+                                .push((mean(format!("wall_stress_{face}"), "Pa"), Made::WallStress(places)));
                         }
                     }
                 }

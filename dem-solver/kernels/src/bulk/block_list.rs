@@ -117,7 +117,7 @@ impl Block {
         self.candidates = Default::default();
         self.packs = Default::default();
         (self.halo, self.segments) = (Vec::new(), Vec::new());
-        self.observed.clear(0);
+        self.observed.clear(0, 0);
     }
 
     /// Number in the order of the engine of row `slot` of the halo.

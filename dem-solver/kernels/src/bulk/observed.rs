@@ -1,6 +1,6 @@
 //! Observations of a block.
 
-use crate::bulk::records::ContactPack;
+use crate::bulk::records::{ContactPack, ForceTorque};
 
 /// Observations of one block over a window; per grain only where asked for.
 #[derive(Clone, Debug, Default)]
@@ -13,18 +13,22 @@ pub(super) struct Observed {
     /// Sum of the contact forces over the sub-steps, N, with an empty fourth number; empty if not
     /// asked for.
     pub(super) force: Vec<[f64; 4]>,
+    /// Sums of the contact forces and torques on grains at each wall over the sub-steps, N and N m.
+    pub(super) walls: Vec<ForceTorque>,
     /// Approach and separation speed at the last beginning and end of a contact, m/s; empty if not
     /// asked for.
     pub(super) speeds: Vec<[f64; 2]>,
 }
 
 impl Observed {
-    /// Starts a window with `n` observed grains, or none.
-    pub(super) fn clear(&mut self, n: usize) {
+    /// Starts a window with `n` observed grains, or none, and some walls.
+    pub(super) fn clear(&mut self, n: usize, walls: usize) {
         self.contacts = 0;
         self.overlap = 0.0;
         self.force.clear();
         self.force.resize(n, [0.0; 4]);
+        self.walls.clear();
+        self.walls.resize(walls, ForceTorque::default());
         self.speeds.clear();
         self.speeds.resize(n, [0.0; 2]);
     }

@@ -87,6 +87,8 @@ pub(super) fn wall_forces<L: Lanes8>(
         let first = L::transpose([f.0, f.1, f.2, zero, t.0, t.1, t.2, zero]);
         for (i, what) in pack.i.iter().zip(first) {
             add(token, push, *i as usize, what);
+            // One after the other: grains share a pack by the list's age.
+            add(token, &mut observed.walls, pack.wall as usize, what);
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::bulk::batch::Blocks;
 use crate::bulk::block::Block;
 use crate::bulk::engine::Bulk;
 use crate::bulk::integrate::BodyForce;
-use crate::bulk::records::{GrainRecord, History, SIZE};
+use crate::bulk::records::{ForceTorque, GrainRecord, History, SIZE};
 use crate::bulk::skins::Skin;
 use crate::bulk::spatial_order::order;
 use crate::bulk::sync::{mutex_mut, rwlock_mut};
@@ -82,7 +82,7 @@ impl Bulk {
             self.lists.skins[b].speed = speed2.sqrt();
             self.lists.skins[b].recent_speed = self.lists.skins[b].recent_speed.max(speed2.sqrt());
             fastest = fastest.max(speed2);
-            block.observed.clear(if wanted.observations { n } else { 0 });
+            block.observed.clear(if wanted.observations { n } else { 0 }, self.common.walls.len());
             block.orientation.clear();
             if b < inactive {
                 rwlock_mut(other).clone_from(rows); // nobody will
@@ -114,6 +114,15 @@ impl Bulk {
             }
             for (&[w, x, y, z], &i) in block.orientation.iter().zip(order) {
                 grains.orientation[i as usize] = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+            }
+        }
+    }
+
+    /// Adds the sums of the contact forces on each wall over the sub-steps, N.
+    pub(crate) fn add_wall_forces(&mut self, walls: &mut [Vec3]) {
+        for block in self.blocks.active_mut() {
+            for (sum, ForceTorque([x, y, z, ..])) in walls.iter_mut().zip(&mutex_mut(block).observed.walls) {
+                *sum -= Vec3::new(*x, *y, *z);
             }
         }
     }

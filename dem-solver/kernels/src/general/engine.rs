@@ -63,7 +63,7 @@ impl General {
         if let Some(drag) = &mut self.window_drag {
             drag.begin(if window.loaded { dt * f64::from(n_sub) } else { 0.0 });
         }
-        window.observed.clear();
+        window.observed.begin(window.around.walls.len());
         window.observed.split.begin(&window.grains.velocity);
         self.evaluation.begin();
         let speed = Speed::of(window.grains);
@@ -165,6 +165,9 @@ impl General {
             grains.spin_acceleration[i] = (grains.spin[i] - self.start.1[i]) / dt_window;
             observed.mean_contact[i] *= each;
             observed.mean_lubrication[i] *= each;
+        }
+        for wall in observed.wall_contact.iter_mut().chain(&mut observed.wall_lubrication) {
+            *wall *= each;
         }
     }
 

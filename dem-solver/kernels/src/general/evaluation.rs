@@ -163,11 +163,6 @@ impl Evaluation {
         }
     }
 
-    /// Force of films on each wall at the last sub-step, N.
-    pub(crate) fn films_on_walls(&self) -> &[Vec3] {
-        self.lubrication.on_walls()
-    }
-
     /// Lubrication over `dt`.
     pub(super) fn lubricate(&mut self, window: &mut Window<'_>, t: f64, dt: f64) {
         if let Some((model, sweeps)) = self.model {
@@ -177,6 +172,9 @@ impl Evaluation {
             for (mean, force) in observed.mean_lubrication.iter_mut().zip(&*force) {
                 *mean += *force;
             }
+            for (mean, force) in observed.wall_lubrication.iter_mut().zip(self.lubrication.on_walls()) {
+                *mean += *force;
+            }
             observed.split.add_lubrication(force);
         }
     }
@@ -184,6 +182,9 @@ impl Evaluation {
     /// Adds the present contact forces to the window's means with a weight in sub-steps.
     pub(super) fn tally(&self, observed: &mut Observations, weight: f64) {
         for (mean, force) in observed.mean_contact.iter_mut().zip(&self.forces.contact) {
+            *mean += force * weight;
+        }
+        for (mean, force) in observed.wall_contact.iter_mut().zip(&self.forces.walls) {
             *mean += force * weight;
         }
         observed.split.add_contact(&self.forces.contact, weight);
