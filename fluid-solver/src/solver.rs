@@ -281,6 +281,13 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// Mean force over density on the walls of the box in the last window that the pressure does not have, by
+    /// axis and side, out of the box, m⁴/s² (plane: m³/s²).
+    pub(crate) fn beyond_pressure(&self) -> Option<[[f64; 2]; D]> {
+        let impulse = self.method.impulse_on_walls()?;
+        Some(impulse.map(|sides| sides.map(|side| side / self.grains.memory.before_dt)))
+    }
+
     /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].
     pub(crate) fn leak(&self) -> Option<(f64, usize)> {
         self.method.leak(&self.grains)

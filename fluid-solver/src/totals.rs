@@ -26,7 +26,7 @@ impl Totals {
     pub(crate) fn of(scene: &CheckedScene) -> Option<Self> {
         let asked = scene.scene.observe.totals.as_ref()?;
         let across = scene.scene.domain.geometry.axes().iter().position(|axis| *axis == asked.axis);
-        let forces = asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]);
+        let forces = asked.has(&Total::ON_WALLS);
         Some(Self { across: across.filter(|_| asked.has(&[Total::FluidFlux])), forces })
     }
 
@@ -48,6 +48,9 @@ impl Totals {
             }
             self.add_pressure(solver, sums);
         });
+        for (a, sides) in solver.beyond_pressure().iter().flatten().enumerate().filter(|_| self.forces) {
+            (0..2).for_each(|side| sums[2 + 2 * a + side][a] += solver.density() * sides[side]);
+        }
         if let Some(across) = self.across {
             out.extend((0..D).filter(|d| *d != across).map(|d| sums[0][d] / sums[1][d]));
         }

@@ -42,7 +42,7 @@ impl Totals {
         Some(Self {
             domain: domain.clone(),
             coordination,
-            forces: asked.has(&[Total::WallForce, Total::WallStress, Total::Shields]),
+            forces: asked.has(&Total::ON_WALLS),
             films: asked.has(&[Total::WallStress]),
             walls: scene.scene.walls.len(),
             faces: domain.contact_faces().len(),

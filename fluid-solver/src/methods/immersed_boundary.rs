@@ -47,6 +47,12 @@ pub trait ImmersedBoundary<const D: usize>: Send {
         1.0
     }
 
+    /// Impulse over the density of the fluid that contacts gave the walls of the box in the last window, by
+    /// axis and side, out of the box, m⁴/s (plane: m³/s), where the pressure does not have it.
+    fn impulse_on_walls(&self) -> Option<[[f64; 2]; D]> {
+        None
+    }
+
     /// Values at points of the bodies that decide the next window, by component: the method's part of a
     /// checkpoint beside fields and grains.
     fn points(&self) -> Option<&[Vec<f64>; D]> {

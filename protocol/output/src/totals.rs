@@ -54,7 +54,7 @@ pub fn fluid_values(scene: &CheckedScene) -> Vec<Extra> {
         let along = components(scene).into_iter().filter(|c| *c != totals.axis.component());
         values.extend(along.map(|c| value(format!("mean_velocity_{}", LETTERS[c]), "m/s")));
     }
-    if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
+    if totals.has(&Total::ON_WALLS) {
         let is_wall = |face: &Face| matches!(face.kind, WallKind::NoSlip | WallKind::FreeSlip);
         values.extend(at_faces(scene, FLUID_ON, is_wall));
     }
@@ -70,7 +70,7 @@ pub fn dem_values(scene: &CheckedScene) -> Vec<Extra> {
         if totals.has(&[Total::CoordinationNumber]) {
             values.push(value(COORDINATION.to_owned(), "-"));
         }
-        if totals.has(&[Total::WallForce, Total::WallStress, Total::Shields]) {
+        if totals.has(&Total::ON_WALLS) {
             values.extend(at_faces(scene, CONTACTS_ON, |face| face.contact));
         }
         if totals.has(&[Total::WallStress]) {

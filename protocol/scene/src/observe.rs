@@ -84,6 +84,11 @@ pub enum Total {
     WallStress,
 }
 
+impl Total {
+    /// Those that need the forces on the walls of the box.
+    pub const ON_WALLS: [Self; 3] = [Self::WallForce, Self::WallStress, Self::Shields];
+}
+
 /// Whose forces are written down sub-step by sub-step, and when.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -145,3 +145,61 @@ fn contacts_carry_the_weight_of_a_bed_to_the_floor() {
     assert!((walls / 4.0 / weight + 1.0).abs() < 0.02, "{walls} on the walls for {weight}");
     assert!(mean("coordination_number") > 0.3 && mean("shields") > 0.0);
 }
+
+/// A sphere, or a disc, falls in a closed box and bounces: the forces on its walls give the mixture its
+/// weight and change of momentum at every time, what contacts do to the pressure included. In a closed box
+/// that is the momentum of the grain above that of the fluid in its place.
+#[test]
+fn walls_of_a_closed_box_bear_a_bounce() {
+    let folder = Folder::new("totals-bounce");
+    for (geometry, film) in [("space", "none"), ("space", "complement"), ("plane", "none")] {
+        let axes = if geometry == "space" { 3 } else { 2 };
+        let list = |across: f64, up: f64| {
+            let along = vec![across.to_string(); axes - 1];
+            format!("[{}, {up}]", along.join(", "))
+        };
+        let y = if axes == 3 { "y = \"no-slip\"\n" } else { "" };
+        let roughness = if film == "none" { "" } else { "roughness = 1e-3\n" };
+        let text = format!(
+            "title = \"Drop\"\nuntil = 5.0\ngravity = [0.0, 0.0, -1.0]\n\
+             [domain]\ngeometry = \"{geometry}\"\nlower = {}\nupper = {}\ncells = {}\n\
+             [domain.boundary]\nx = \"no-slip\"\n{y}z = \"no-slip\"\n\
+             [medium]\ndensity = 1.0\nviscosity = 0.01\n\
+             [[grains]]\nposition = [1.5, {}, 2.5]\nradius = 0.5\ndensity = 4.0\n\
+             [fluid.time]\ncfl = 0.5\n\
+             [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 5e-3\n\
+             [dem.lubrication]\nform = \"{film}\"\n{roughness}\
+             [observe]\nevery = 0.0\ntotals = {{ columns = [\"wall-force\", \"wall-stress\"] }}\n",
+            list(0.0, 0.0),
+            list(3.0, 3.5),
+            list(24.0, 28.0).replace(".0", ""),
+            if axes == 3 { 1.5 } else { 0.0 },
+        );
+        let (scene, out) = (folder.write("drop.toml", &text), folder.join(&format!("{geometry}-{film}")));
+        run(&["run", path(&scene), "--out", path(&out), "--no-record"]);
+        let series = Series::read(&out.join("series.csv")).expect("a series");
+        let column = |name: &str| series.column(name).unwrap_or_else(|| panic!("{name}"));
+        let [time, dt, u] = ["t", "dt", "velocity_z[0]"].map(column);
+        let walls = ["lower", "upper"].map(|side| column(&format!("wall_stress_z_{side}_z")));
+        let sides = |k: usize| -> f64 {
+            let names =
+                series.names().iter().filter(|name| name.starts_with("wall_force_") && name.ends_with("_z"));
+            names.filter(|name| !name.contains("_z_")).map(|name| column(name)[k]).sum()
+        };
+        let (area, volume) =
+            if axes == 3 { (9.0, std::f64::consts::PI / 6.0) } else { (3.0, std::f64::consts::PI / 4.0) };
+        let submerged = 3.0 * volume;
+        let (mut given, mut worst, mut fastest) = (0.0, 0.0f64, 0.0f64);
+        for k in 0..time.len() {
+            given += dt[k] * ((walls[0][k] + walls[1][k]) * area + sides(k));
+            let off = -submerged * (time[k] + u[k]) - given;
+            if time[k] > 1.0 {
+                worst = worst.max((off / (submerged * time[k])).abs());
+            }
+            fastest = fastest.max(u[k]);
+        }
+        println!("{geometry}, {film}: {worst}");
+        assert!(fastest > 0.5, "it bounces: {fastest}");
+        assert!(worst < 0.01, "{geometry}, {film}: {worst}");
+    }
+}

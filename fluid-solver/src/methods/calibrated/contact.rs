@@ -22,6 +22,8 @@ use crate::methods::grains::Grains;
 use crate::step::Stepper;
 use crate::threads::share;
 
+use super::wall_impulse::WallImpulse;
+
 /// Residual at which the solve ends, over that at its start: what the fluid takes is within 0.2 % of what it
 /// is at a tenth of it, for half as many projections.
 const RESIDUAL: f64 = 1e-2;
@@ -51,11 +53,14 @@ pub(super) struct Contact<const D: usize> {
     /// Where to go next, and what that makes of the left side, m/s.
     direction: Values<D>,
     image: Values<D>,
+    /// What it does to the walls of the box, where that is asked for.
+    pub(super) walls: Option<WallImpulse<D>>,
 }
 
 impl<const D: usize> Contact<D> {
-    /// For grains of which `free` says whether the fluid moves them.
-    pub(super) fn new(grid: &Grid<D>, shapes: &[Shape], free: Vec<bool>) -> Self {
+    /// For grains of which `free` says whether the fluid moves them; `walls`: forces on the walls of the box
+    /// are asked for.
+    pub(super) fn new(grid: &Grid<D>, shapes: &[Shape], free: Vec<bool>, walls: bool) -> Self {
         let values = || std::array::from_fn(|_| Vec::new());
         Self {
             immersed: Immersed::new(grid, shapes.to_vec(), false),
@@ -69,6 +74,7 @@ impl<const D: usize> Contact<D> {
             residual: values(),
             direction: values(),
             image: values(),
+            walls: walls.then(|| WallImpulse::new(grid)),
         }
     }
 
@@ -84,6 +90,7 @@ impl<const D: usize> Contact<D> {
     ) {
         let memory = &mut grains.memory;
         memory.taken.fill([0.0; 3]);
+        self.walls.iter_mut().for_each(WallImpulse::clear);
         if memory.jumps.as_flattened().iter().all(|jump| *jump == 0.0) {
             return;
         }
@@ -98,8 +105,11 @@ impl<const D: usize> Contact<D> {
         }
         self.fit(fluid.grid(), &model, field);
         self.solve(fluid, &model, field);
-        let Self { immersed, places, mask, force, residual, direction, image, .. } = self;
-        project(fluid, places, field, mask, force, image);
+        let Self { immersed, places, mask, force, residual, direction, image, walls, .. } = self;
+        project(fluid, places, field, (mask, force, image), |grid, sign, flow| {
+            walls.iter_mut().for_each(|walls| walls.add(grid, sign, flow));
+        });
+        walls.iter_mut().for_each(|walls| walls.find(fluid.grid()));
         let own = own_planes(fluid.grid());
         for (u, flow) in fluid.state_mut().velocity.iter_mut().zip(&*field) {
             u[own.clone()].iter_mut().zip(&flow[own.clone()]).for_each(|(u, flow)| *u += flow);
@@ -164,7 +174,7 @@ impl<const D: usize> Contact<D> {
         let mut rounds = 0;
         while rounds < MOST && size > RESIDUAL * RESIDUAL * first {
             rounds += 1;
-            project(fluid, places, field, mask, direction, image);
+            project(fluid, places, field, (mask, direction, image), |_, _, _| {});
             change(image, [direction, mask], |image, [direction, b]| *image += (1.0 - b) * direction);
             let step = size / product(fluid.grid(), weight, direction, image);
             add(force, step, direction);
@@ -177,19 +187,20 @@ impl<const D: usize> Contact<D> {
     }
 }
 
-/// `field` and, at the places, `out` ← P b Y.
+/// `field` and, at the places, `out` ← P b Y; `seen` gets b Y with 1, then P b Y with −1.
 fn project<const D: usize>(
     fluid: &mut Stepper<D>,
     places: &Places<D>,
     field: &mut [Vec<f64>; D],
-    mask: &Values<D>,
-    force: &Values<D>,
-    out: &mut Values<D>,
+    (mask, force, out): (&Values<D>, &Values<D>, &mut Values<D>),
+    mut seen: impl FnMut(&Grid<D>, f64, &[Vec<f64>; D]),
 ) {
     clear_own(fluid.grid(), field);
     multiply(mask, force, out);
     places.scatter(out, field);
+    seen(fluid.grid(), 1.0, field);
     fluid.project_other(field);
+    seen(fluid.grid(), -1.0, field);
     places.gather(field, out);
 }
 
@@ -293,7 +304,7 @@ mod tests {
         let motions = centres.iter().map(|centre| Motion { centre: *centre, ..Motion::default() }).collect();
         let grid = fluid.grid();
         let mut grains = Grains::new(Immersed::new(grid, shapes.clone(), false), model, motions, None);
-        let mut contact = Contact::new(grid, &shapes, free.to_vec());
+        let mut contact = Contact::new(grid, &shapes, free.to_vec(), false);
         grains.memory.jumps = jumps.to_vec();
         let mut field = grid.new_vector();
         contact.give(fluid, &mut grains, &vec![1.0; jumps.len()], DT, &mut field);

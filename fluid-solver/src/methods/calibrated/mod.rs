@@ -20,6 +20,7 @@ pub mod contact;
 pub mod iterations;
 pub(super) mod limits;
 mod touch;
+mod wall_impulse;
 
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
@@ -36,7 +37,7 @@ use crate::immersed::pores::Pores;
 use crate::scene_grains;
 use crate::step::Stepper;
 use advection::Advection;
-use bedload_scene::{CheckedScene, Geometry, Medium};
+use bedload_scene::{CheckedScene, Geometry, Medium, Total};
 use calibration::{Calibration, MaskRadius};
 use contact::Contact;
 use iterations::Iterations;
@@ -93,7 +94,11 @@ impl<const D: usize> Calibrated<D> {
             }),
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
-            contact: needs.jumps.then(|| Contact::new(grid, shapes, scene_grains::free(scene))),
+            contact: needs.jumps.then(|| {
+                let totals = scene.scene.observe.totals.as_ref();
+                let walls = totals.is_some_and(|asked| asked.has(&Total::ON_WALLS));
+                Contact::new(grid, shapes, scene_grains::free(scene), walls)
+            }),
             few: advection::moving(scene) <= touch::FEW,
             room: std::array::from_fn(|n| if n < room(needs, D) { grid.new_field() } else { Vec::new() }),
         };
@@ -228,6 +233,10 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             return at_rest;
         }
         touch::part_at_touches(&mut self.loads, grains, allowed, spacing).min(at_rest)
+    }
+
+    fn impulse_on_walls(&self) -> Option<[[f64; 2]; D]> {
+        Some(self.contact.as_ref()?.walls.as_ref()?.on_walls)
     }
 
     /// Finds the cells that hold force, and the virtual masses of the window before.
