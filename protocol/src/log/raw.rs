@@ -14,6 +14,8 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use super::bytes::Bytes;
 use super::error::{After, LogError};
+use super::manifest::{METADATA, SCENE};
+use super::topic::Topic;
 
 /// Largest chunk that is unpacked, bytes: a chunk holds at least one message, and a message is
 /// bounded by the codec; twice that leaves room for what shares its chunk.
@@ -75,6 +77,19 @@ pub enum RawItem {
     Attachment(String, String, Vec<u8>),
     /// A message.
     Message(RawMessage),
+}
+
+/// What stands before the first message.
+#[derive(Debug, Default)]
+pub(crate) struct Preface {
+    /// Of the run, by key.
+    pub(crate) facts: Option<BTreeMap<String, String>>,
+    /// The scene's text.
+    pub(crate) scene: Option<Vec<u8>>,
+    /// What an editor of logs may have added.
+    pub(crate) others: Vec<RawItem>,
+    /// What was damaged.
+    pub(crate) errors: Vec<LogError>,
 }
 
 /// Sizes met so far.
@@ -182,9 +197,33 @@ impl RawReader {
         LogError::Damaged { file: self.name.clone(), offset, after, what, next: None }
     }
 
-    /// Puts the item that was read last back in front.
-    pub(crate) fn put_back(&mut self, item: RawItem) {
-        self.ready.push_front(item);
+    /// What stands before the first message, which comes next. The channel of orders says the facts of the
+    /// run once more, within a checksum: what differs from it is damage.
+    pub(crate) fn preface(&mut self) -> Preface {
+        let mut preface = Preface::default();
+        loop {
+            match self.next() {
+                Some(Ok(RawItem::Metadata(name, map))) if name == METADATA => preface.facts = Some(map),
+                Some(Ok(RawItem::Attachment(name, _, bytes))) if name == SCENE => preface.scene = Some(bytes),
+                Some(Ok(message @ RawItem::Message(_))) => {
+                    self.ready.push_front(message);
+                    break;
+                }
+                Some(Ok(item)) => preface.others.push(item),
+                Some(Err(error)) => preface.errors.push(error),
+                None => break,
+            }
+        }
+        let orders = self.channels.values().find(|channel| channel.topic == Topic::Command.name());
+        let again = orders.map(|channel| &channel.metadata).filter(|again| !again.is_empty());
+        if let Some(again) = again.filter(|again| preface.facts.as_ref() != Some(again)) {
+            if preface.facts.is_some() {
+                let what = "its manifest is not the one that its channels have".to_owned();
+                preface.errors.insert(0, self.damaged(0, what));
+            }
+            preface.facts = Some(again.clone());
+        }
+        preface
     }
 
     /// Goes on with the first chunk behind the record in which `error` was met, if it is damage and there is
@@ -193,6 +232,7 @@ impl RawReader {
         let (offset, what) = match &error {
             LogError::Damaged { offset, what, .. } => (*offset, what.clone()),
             LogError::Truncated { offset, .. } => (*offset, "it leads beyond the end".to_owned()),
+            LogError::NotALog { what, .. } => (0, what.clone()),
             _ => return error,
         };
         let Ok(Some(found)) = self.next_chunk(offset + 1) else { return error };

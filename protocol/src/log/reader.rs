@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::codec::{self, CodecError};
 use super::error::LogError;
-use super::manifest::{METADATA, Manifest, SCENE};
-use super::raw::{Channel, RawItem, RawMessage, RawReader, Sizes};
+use super::manifest::Manifest;
+use super::raw::{Channel, Preface, RawItem, RawMessage, RawReader, Sizes};
 use super::sequence::Sequence;
 use super::topic::Topic;
 use crate::message::{Command, Header, Kinematics, Loads, Status};
@@ -108,8 +108,18 @@ impl LogReader {
     }
 
     fn new(mut raw: RawReader, reads_on: bool) -> Result<Self, LogError> {
-        let mut ready = VecDeque::new();
-        let manifest = read_manifest(&mut raw, reads_on.then_some(&mut ready))?;
+        let Preface { facts, scene, errors, .. } = raw.preface();
+        // Where damage may be met, a scene that is lost is empty.
+        let Some((facts, scene)) = facts.zip(scene.or(reads_on.then(Vec::new))) else {
+            let what = "it does not begin with a manifest".to_owned();
+            let not_a_log = || LogError::NotALog { file: raw.name().to_owned(), what };
+            return Err(errors.into_iter().next().unwrap_or_else(not_a_log));
+        };
+        let manifest = String::from_utf8(scene)
+            .map_err(|error| format!("its scene is not text: {error}"))
+            .and_then(|scene| Manifest::from_metadata(&facts, &scene))
+            .map_err(|what| LogError::NotALog { file: raw.name().to_owned(), what })?;
+        let ready = errors.into_iter().map(Err).collect();
         let ours = manifest.check_layout(raw.name()).is_ok();
         let sequence = ours.then(|| Sequence::new(&manifest));
         Ok(Self { raw, manifest, sequence, log_time: 0, reads_on, ready, ended: false })
@@ -203,42 +213,6 @@ impl Iterator for LogReader {
         let next = if self.ended { None } else { self.fetch() };
         self.ended = matches!(next, Some(Err(_)) if !self.reads_on) || next.is_none();
         next
-    }
-}
-
-/// Manifest and scene stand before the first message. Where errors may be met, the scene may be lost.
-fn read_manifest(
-    raw: &mut RawReader,
-    mut met: Option<&mut VecDeque<Result<Entry, LogError>>>,
-) -> Result<Manifest, LogError> {
-    let mut facts = None;
-    loop {
-        let scene = match raw.next() {
-            Some(Ok(RawItem::Metadata(name, map))) if name == METADATA => {
-                facts = Some(map);
-                continue;
-            }
-            Some(Ok(RawItem::Attachment(name, _, bytes))) if name == SCENE => {
-                String::from_utf8(bytes).map_err(|error| format!("its scene is not text: {error}"))
-            }
-            Some(Ok(RawItem::Message(message))) if met.is_some() && facts.is_some() => {
-                raw.put_back(RawItem::Message(message));
-                Ok(String::new())
-            }
-            None if facts.is_some() && met.as_ref().is_some_and(|met| !met.is_empty()) => Ok(String::new()),
-            Some(Ok(RawItem::Message(_))) | None => Err("it does not begin with a manifest".to_owned()),
-            Some(Ok(_)) => continue,
-            Some(Err(error)) => match &mut met {
-                Some(met) if facts.is_some() => {
-                    met.push_back(Err(error));
-                    continue;
-                }
-                _ => return Err(error),
-            },
-        };
-        return scene
-            .and_then(|scene| Manifest::from_metadata(&facts.unwrap_or_default(), &scene))
-            .map_err(|what| LogError::NotALog { file: raw.name().to_owned(), what });
     }
 }
 

@@ -11,8 +11,8 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Writer};
 
 use super::error::LogError;
-use super::manifest::SCENE;
-use super::raw::{RawItem, RawMessage, RawReader};
+use super::manifest::{METADATA, SCENE};
+use super::raw::{Preface, RawItem, RawMessage, RawReader};
 use super::reader::LogReader;
 use super::sink::write_options;
 use super::topic::Topic;
@@ -140,19 +140,15 @@ fn copy(reader: &mut RawReader, to: &Path, edit: Edit) -> Result<Repaired, LogEr
     let file = File::create(to).map_err(|error| LogError::io(&name, "create", error))?;
     let fail = |error| LogError::write(&name, error);
     let mut writer = write_options(Some(64 << 10)).create(NoSeek::new(BufWriter::new(file))).map_err(fail)?;
-    let mut report = Repaired::default();
-    let mut scene = false;
-    for item in reader {
+    let Preface { facts, scene, others, errors } = reader.preface();
+    let mut report = Repaired { errors, ..Repaired::default() };
+    let facts = facts.map(|facts| RawItem::Metadata(METADATA.to_owned(), facts));
+    let scene = scene.unwrap_or_default();
+    let scene = RawItem::Attachment(SCENE.to_owned(), "application/toml".to_owned(), scene);
+    let preface = facts.into_iter().chain([scene]).chain(others);
+    for item in preface.map(Ok).chain(reader) {
         match item {
-            Ok(item) => {
-                scene |= matches!(&item, RawItem::Attachment(name, ..) if name == SCENE);
-                if matches!(item, RawItem::Message(_)) && !std::mem::replace(&mut scene, true) {
-                    let (name, media_type) = (SCENE.to_owned(), "application/toml".to_owned());
-                    let lost = RawItem::Attachment(name, media_type, Vec::new());
-                    put(&mut writer, lost, edit, &mut report).map_err(fail)?;
-                }
-                put(&mut writer, item, edit, &mut report).map_err(fail)?;
-            }
+            Ok(item) => put(&mut writer, item, edit, &mut report).map_err(fail)?,
             Err(error) => report.errors.push(error),
         }
     }

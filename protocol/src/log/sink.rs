@@ -1,5 +1,6 @@
 //! The MCAP file being written: its channels, and a data message or a frame at a time.
 
+use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -75,7 +76,7 @@ impl<W: Write> Sink<W> {
         let metadata = Metadata { name: METADATA.to_owned(), metadata: manifest.to_metadata() };
         writer.write_metadata(&metadata).map_err(fail)?;
         writer.attach(&scene(manifest)).map_err(fail)?;
-        let channels = add_channels(&mut writer).map_err(fail)?;
+        let channels = add_channels(&mut writer, &metadata.metadata).map_err(fail)?;
         writer.flush().map_err(fail)?;
         Ok(Self { file: file.to_owned(), writer, channels, open: 0, clock: 0 })
     }
@@ -134,8 +135,10 @@ fn scene(manifest: &Manifest) -> Attachment<'_> {
     }
 }
 
+/// The channel of orders says the `facts` of the run once more, as channels have a checksum.
 fn add_channels<W: Write + std::io::Seek>(
     writer: &mut Writer<W>,
+    facts: &BTreeMap<String, String>,
 ) -> mcap::McapResult<[u16; Topic::ALL.len()]> {
     let mut channels = [0; Topic::ALL.len()];
     for topic in Topic::ALL {
@@ -146,7 +149,8 @@ fn add_channels<W: Write + std::io::Seek>(
             _ => (DATA_ENCODING, DATA_SCHEMA_ENCODING, layout.as_bytes()),
         };
         let schema = writer.add_schema(topic.schema_name(), schema_encoding, schema)?;
-        channels[topic as usize] = writer.add_channel(schema, topic.name(), encoding, &Default::default())?;
+        let metadata = if topic == Topic::Command { facts } else { &BTreeMap::new() };
+        channels[topic as usize] = writer.add_channel(schema, topic.name(), encoding, metadata)?;
     }
     Ok(channels)
 }
