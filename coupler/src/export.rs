@@ -33,8 +33,12 @@ pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
         Viewer::Vtk => (fields(&folder), of_fields),
         Viewer::Paraview if fields(&folder).is_empty() => (Vec::new(), of_fields),
         Viewer::Paraview => (vec![script(&folder)?], of_fields),
-        Viewer::Csv => (existing(folder.series()), "the run was killed before its first row"),
-        Viewer::Foxglove => (existing(folder.log()), of_log),
+        Viewer::Csv => {
+            let tables = [folder.series(), folder.planes(), folder.profile(), folder.grains()];
+            (existing(tables), "the run was killed before its first row")
+        }
+        // A resume begins a new part.
+        Viewer::Foxglove => (existing((1..folder.next_log_part()).map(|part| folder.log_part(part))), of_log),
     };
     if files.is_empty() {
         return Err(Failure::Input(format!("{} holds no such files: {remedy}", folder.root().display())));
@@ -56,8 +60,8 @@ fn script(folder: &OutputFolder) -> Result<PathBuf, Failure> {
     Ok(path)
 }
 
-fn existing(path: PathBuf) -> Vec<PathBuf> {
-    if path.is_file() { vec![path] } else { Vec::new() }
+fn existing(paths: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
+    paths.into_iter().filter(|path| path.is_file()).collect()
 }
 
 fn fields(folder: &OutputFolder) -> Vec<PathBuf> {

@@ -349,7 +349,8 @@ pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(),
 /// `bedload log thin LOG OUT --every N`: a log for viewers, with every `every`-th frame and no messages.
 ///
 /// # Errors
-/// [`LogCommandError`] if `to` exists, the log has no frames or the new file cannot be written.
+/// [`LogCommandError`] if `to` exists, the log has no frames or the new file cannot be written; of a log that
+/// is cut or damaged the first fault, once what is left was thinned.
 pub fn thin(from: &Path, to: &Path, every: u64, out: &mut dyn Write) -> Result<(), LogCommandError> {
     is_new(to)?;
     let report = log::thin(from, to, every)?;
@@ -362,7 +363,9 @@ pub fn thin(from: &Path, to: &Path, every: u64, out: &mut dyn Write) -> Result<(
     }
     print_kept(to, &report, out)?;
     line(out, "size", &format!("{} bytes of {}", report.bytes_kept, report.bytes))?;
-    print_errors("damage", &report.errors, out)
+    print_errors("damage", &report.errors, out)?;
+    // As `cat` ends: what was thinned is not all that was recorded.
+    report.errors.into_iter().next().map_or(Ok(()), |error| Err(error.into()))
 }
 
 fn is_new(to: &Path) -> Result<(), LogCommandError> {

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use bedload_program::{Loudness, RunOptions};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use protocol::new_file::is_full;
 use protocol::participant::Role;
 
 use crate::new::New;
@@ -472,7 +473,8 @@ fn dispatch(command: Command) -> Result<(), Failure> {
                 .and_then(|()| clap_mangen::generate_to(Arguments::command(), &dir));
             made.map_err(|error| {
                 let remedy = "remedy: name a folder that can be made and written";
-                Failure::Input(format!("{}: cannot write manual pages: {error}; {remedy}", dir.display()))
+                let what = format!("{}: cannot write manual pages: {error}; {remedy}", dir.display());
+                if is_full(&error) { Failure::Full(what) } else { Failure::Input(what) }
             })
         }
         Command::Export { dir, format } => coupler::export::export(&dir, format.viewer()),

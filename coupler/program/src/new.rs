@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
+use protocol::new_file::is_full;
 
 /// How the commands of a template begin, in the comment at its head.
 const COMMAND: &str = "#   bedload ";
@@ -91,7 +92,8 @@ fn cannot(path: &Path, error: &std::io::Error) -> Failure {
         std::io::ErrorKind::AlreadyExists => "nothing is overwritten: choose another name",
         _ => "name a folder that can be made and written",
     };
-    Failure::Input(format!("{}: cannot make it: {error}; remedy: {remedy}", path.display()))
+    let what = format!("{}: cannot make it: {error}; remedy: {remedy}", path.display());
+    if is_full(error) { Failure::Full(what) } else { Failure::Input(what) }
 }
 
 /// One word of a shell.

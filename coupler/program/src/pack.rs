@@ -138,12 +138,12 @@ pub(crate) fn pack(asked: &Pack) -> Result<(), Failure> {
     let fixed = if packed.fixed > 0 { format!(", {} of them fixed", packed.fixed) } else { String::new() };
     protocol::show!(
         "{} grains{fixed}, {how}\nsolid fraction {}; sizes scaled by {:.6} for it, mean diameter {}\n\
-         coordination number {touching:.2} (gaps below {TOUCH} diameters); least gap {:.3e} diameters\n{}",
+         coordination number {touching:.2} (gaps below {TOUCH} diameters); {}\n{}",
         rows.len(),
         Short(bounds.fraction(&packed.grains)),
         packed.scale,
         Short(mean),
-        gap / mean,
+        least(gap / mean),
         asked.out.display()
     );
     Ok(())
@@ -337,13 +337,23 @@ impl Pack {
                 let gap = gap / bounds.mean_diameter(&grains);
                 Failure::Run(format!(
                     "the solid fraction {} was not reached in {sweeps} sweeps: without overlap these grains fill \
-                     {reached:.4} where they lie now (coordination number {touching:.2}, least gap {gap:.1e} diameters); no file was written; \
-                     give a lower --fraction, a larger --box or another --seed",
-                    self.fraction
+                     {reached:.4} where they lie now (coordination number {touching:.2}, {}); no file was \
+                     written; give a lower --fraction, a larger --box or another --seed",
+                    self.fraction,
+                    least(gap)
                 ))
             })?;
         }
         Ok(Packed { grains, fixed, scale, sweeps })
+    }
+}
+
+/// What is said of the least gap over the mean diameter.
+fn least(gap: f64) -> String {
+    if gap.is_finite() {
+        format!("least gap {gap:.3e} diameters")
+    } else {
+        format!("no gap below {REACH} diameters")
     }
 }
 

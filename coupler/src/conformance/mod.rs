@@ -100,6 +100,10 @@ pub fn conformance(options: &Options) -> Result<(), Failure> {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }
     let folder = Scratch::new().map_err(Failure::Run)?;
+    if options.physics && options.role == Some(Role::Fluid) {
+        let what = "--physics bounces spheres of a DEM: give --role dem with it, or leave --role out";
+        return Err(Failure::Input(what.into()));
+    }
     // a scene that is at fault by itself is no fault of the solver
     if let Some(scene) = &options.scene {
         RunOptions { overrides: options.overrides.clone(), ..RunOptions::of_scene(scene) }.read_scene()?;

@@ -106,6 +106,7 @@ pub fn validate(cases: &[String], quick: bool, options: &Options) -> Result<(), 
         }
     }
     let out = options.folder("validation");
+    folder::not_of_a_run(&out)?;
     folder::make(&out)?;
     let _claim = Claim::of(&out)?;
     let folders: Vec<(&Study, PathBuf)> =

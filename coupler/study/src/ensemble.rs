@@ -111,10 +111,17 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     let threads = (cores() / jobs).max(1);
     let chains: Vec<Vec<Task>> =
         (0..asked.seeds).map(|seed| chain(&stages, seed, &whole, threads)).collect::<Result<_, _>>()?;
-    // A fault of the first scene is one of the command, not of eight runs.
-    let first = &chains[0][0];
-    let first = RunOptions { overrides: first.set.clone(), ..RunOptions::of_scene(&first.scene) };
-    first.read_scene()?;
+    // A fault of the first scene with every seed is one of the command, not of eight runs; where grains find
+    // no room it is one of a seed.
+    let read = |chain: &Vec<Task>| {
+        let Task { scene, set, .. } = &chain[0];
+        RunOptions { overrides: set.clone(), ..RunOptions::of_scene(scene) }.read_scene().map(drop)
+    };
+    if let Err(error) = read(&chains[0])
+        && chains[1..].iter().all(|chain| read(chain).is_err())
+    {
+        return Err(error.into());
+    }
     let title = last.source.section::<Titled>()?.title;
     let _claim = folder::open(&out, &last.source)?;
     let slices: Vec<&[Task]> = chains.iter().map(Vec::as_slice).collect();

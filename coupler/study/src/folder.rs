@@ -21,10 +21,7 @@ const MARKER: &str = "# A study by Bedload, of";
 
 /// Makes and claims the folder, and leaves the scene in it. What holds files of others is left alone.
 pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure> {
-    if folder.join("summary.json").exists() {
-        let what = "is the output folder of a run; name another with --out".to_owned();
-        return Err(content(folder)(what));
-    }
+    not_of_a_run(folder)?;
     let file = folder.join(SCENE);
     // a name with a line break would end the comment
     let name = scene.file.replace(['\n', '\r'], " ");
@@ -47,6 +44,14 @@ pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure>
     let text = format!("{MARKER} {name}\n{}", scene.text_for_any_folder());
     atomic_write(&file, text.as_bytes())?;
     Ok(claim)
+}
+
+/// Refuses the output folder of a run.
+pub(super) fn not_of_a_run(folder: &Path) -> Result<(), Failure> {
+    if folder.join("summary.json").exists() {
+        return Err(content(folder)("is the output folder of a run; name another with --out".to_owned()));
+    }
+    Ok(())
 }
 
 /// Makes a folder and those above it.

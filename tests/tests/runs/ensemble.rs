@@ -106,16 +106,24 @@ fn a_seed_that_fails_is_named_and_the_others_count() {
     let scene = folder.write("discs.toml", DISCS);
     let out = folder.join("out");
     let [scene, to] = [&scene, &out].map(|path| path.to_str().expect("UTF-8"));
-    let output = bedload(&["ensemble", scene, "--seeds", "6", "--out", to]);
+    // With 6 the first does.
+    for seed in [1, 6] {
+        let set = format!("groups[0].seed={seed}");
+        let output = bedload(&["ensemble", scene, "--seeds", "6", "--out", to, "--set", &set]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        let failed: Vec<usize> = (0..6).filter(|seed| text.contains(&format!("seed-{seed}: "))).collect();
+        assert!(!failed.is_empty() && failed.len() < 5 && failed.contains(&0) == (seed == 6), "{text}");
+        assert!(
+            text.contains(&format!("{} of 6 seeds failed", failed.len())) && text.contains("no room"),
+            "{text}"
+        );
+        assert_eq!(rows(&out, "metric")[0].2 as usize, 6 - failed.len());
+    }
+    // Where no seed has room the command is at fault.
+    let output = bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--set", "groups[0].count=40"]);
     let text = said(&output);
-    assert_eq!(output.status.code(), Some(1), "{text}");
-    let failed: Vec<usize> = (0..6).filter(|seed| text.contains(&format!("seed-{seed}: "))).collect();
-    assert!(!failed.is_empty() && failed.len() < 5, "{text}");
-    assert!(
-        text.contains(&format!("{} of 6 seeds failed", failed.len())) && text.contains("no room"),
-        "{text}"
-    );
-    assert_eq!(rows(&out, "metric")[0].2 as usize, 6 - failed.len());
+    assert!(output.status.code() == Some(2) && text.contains("no room"), "{text}");
 }
 
 #[test]

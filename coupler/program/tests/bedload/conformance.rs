@@ -100,6 +100,9 @@ fn a_missing_program_and_a_bad_scene_are_named() {
     let output = bedload(&["conformance", "--scene", "/no/such/scene.toml", "--", "sh", "-c", "exit 7"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("/no/such/scene.toml"));
+    let output = bedload(&["conformance", "--role", "fluid", "--physics", "--", "sh", "-c", "exit 7"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--role dem"));
     let output = bedload(&["conformance", "--"]);
     assert_eq!(output.status.code(), Some(2), "no command at all");
 }
