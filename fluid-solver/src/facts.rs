@@ -15,7 +15,7 @@ use crate::ranks::Ranks;
 use crate::scheme::Viscous;
 use crate::transform;
 use crate::{bounds, build};
-use bedload_scene::{CheckedScene, Geometry, Grain, OverTime, SceneError, changing};
+use bedload_scene::{CheckedScene, Grain, SceneError};
 use protocol::facts::FluidFacts;
 use protocol::scheme::Scheme;
 use std::f64::consts::PI;
@@ -97,9 +97,6 @@ fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64
     (8 * D + 1) as u64 * cells.min(grid.cell_count() as u64) + (8 * planes * threads * plane) as u64
 }
 
-/// Part of the longest step below which a change over time is sudden.
-const SUDDEN: f64 = 0.05;
-
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices(Calibration::default());
@@ -159,7 +156,6 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
              force on them then settles over hundreds of steps and more"
         ));
     }
-    notices.extend(sudden(scene, &plan));
     for (grain, g) in scene.grains.iter().enumerate() {
         if g.thickness() < 5.0 * plan.spacing {
             notices.push(format!(
@@ -189,28 +185,6 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
         notices,
         resolved,
     })
-}
-
-/// A value over time that spheres feel and that all but jumps: what its short steps leave in the force on
-/// them grows as the steps grow again (docs/limits.md). A jump of a sphere's own velocity goes to the fluid
-/// at once.
-fn sudden(scene: &CheckedScene, plan: &Plan) -> Option<String> {
-    let until = scene.scene.until;
-    let space = scene.scene.domain.geometry != Geometry::Plane;
-    let spheres = space && plan.fixed.is_none() && !scene.grains.is_empty();
-    let ramp = |value: &OverTime<[f64; 3]>| value.largest(until) / value.fastest(until);
-    let moves = |key: &str| key.starts_with("grains[") && key.ends_with(".velocity");
-    let found = changing(scene)
-        .into_iter()
-        .find(|changing| spheres && !moves(&changing.key) && ramp(&changing.value) < SUDDEN * plan.ceiling)?;
-    Some(format!(
-        "{} changes within {:.1e} s, where steps of up to {:.1e} s are to follow: the forces on spheres may be wrong \
-         for long after it; let it change over {:.1e} s or more, or give a short fluid.time.dt",
-        found.key,
-        ramp(&found.value),
-        plan.ceiling,
-        plan.ceiling
-    ))
 }
 
 /// Bytes of the file of an instant: velocity, pressure, vorticity and solid fraction of each cell, and the

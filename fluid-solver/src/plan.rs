@@ -6,7 +6,7 @@ use crate::immersed::body::Motion;
 use crate::initial::Start;
 use crate::scheme::Viscous;
 use crate::speed;
-use bedload_scene::{CheckedScene, Medium, OverTime, SceneError, changing};
+use bedload_scene::{Changing, CheckedScene, Geometry, Medium, OverTime, Scene, SceneError, changing};
 
 /// Lengths that an adaptive step may have in an octave, evenly spaced: a power of two.
 const LEVELS: u32 = 4;
@@ -27,6 +27,11 @@ const OF_AGE: f64 = 0.1;
 
 /// Largest ratio of a step to the one before it: to the next level.
 const GROWTH: f64 = 1.25;
+
+/// Part of the expected step to which a table may shorten it that moves a sphere, and any other that spheres
+/// feel: what shorter steps leave in the carried force of a jump grows as they grow again.
+/// docs/decisions/values-over-time.md
+const OF_TABLES: [f64; 2] = [0.0625, 0.25];
 
 /// Bounds on the time step, and what it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,8 +89,8 @@ impl Plan {
             ViscosityKey::Auto => Viscous::Implicit,
         };
         let changes = changes(scene);
-        let swings = changes.iter().filter(|value| matches!(value, OverTime::Sine(_)));
-        let mut ceiling = shortest(swings, 0.0).min(force).min(scene.scene.until);
+        let swings = changes.iter().filter(|change| matches!(change.value, OverTime::Sine(_)));
+        let mut ceiling = shortest(swings, 0.0, 0.0).min(force).min(scene.scene.until);
         if viscous == Viscous::Explicit {
             if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
                 return Err(scene.source.error(
@@ -99,7 +104,8 @@ impl Plan {
         let smallest =
             scene.grains.iter().map(|grain| grain.radius).reduce(f64::min).unwrap_or(WALL * spacing);
         let expected = level(by_speed.min(ceiling));
-        let first = level(expected.min(LAYER * smallest * smallest / nu).min(shortest(&changes, 0.0)));
+        let first =
+            level(expected.min(LAYER * smallest * smallest / nu).min(shortest(&changes, 0.0, expected)));
         let mut plan = Self {
             fixed: time.dt,
             cfl: time.cfl,
@@ -121,8 +127,8 @@ impl Plan {
     }
 
     /// The same, with no step longer than resolves `changes` from `time` on.
-    pub fn until_change(&self, changes: &[OverTime<[f64; 3]>], time: f64) -> Self {
-        Self { ceiling: self.ceiling.min(shortest(changes, time)), ..*self }
+    pub(crate) fn until_change(&self, changes: &[Change], time: f64) -> Self {
+        Self { ceiling: self.ceiling.min(shortest(changes, time, self.expected)), ..*self }
     }
 
     /// The longest step, s, that velocities allow, with `rate` the largest Σ|u|/Δx, 1/s, and the grains as
@@ -154,14 +160,29 @@ impl Plan {
     }
 }
 
-/// What the scene changes over time: walls, drives, grains, a flow rate.
-pub(crate) fn changes(scene: &CheckedScene) -> Vec<OverTime<[f64; 3]>> {
-    changing(scene).into_iter().map(|changing| changing.value).collect()
+/// A value that the scene changes over time.
+pub(crate) struct Change {
+    value: OverTime<[f64; 3]>,
+    /// Part of the expected step to which it may shorten it.
+    least: f64,
 }
 
-/// The longest step from `time` on, s, that resolves all of them.
-fn shortest<'a>(changes: impl IntoIterator<Item = &'a OverTime<[f64; 3]>>, time: f64) -> f64 {
-    changes.into_iter().map(|value| value.longest_step(time)).fold(f64::INFINITY, f64::min)
+/// What the scene changes over time: walls, drives, grains, a flow rate.
+pub(crate) fn changes(scene: &CheckedScene) -> Vec<Change> {
+    let Scene { domain, grains, .. } = &scene.scene;
+    let spheres = domain.geometry != Geometry::Plane && !grains.is_empty();
+    let change = |Changing { key, value, .. }: Changing| {
+        let moves = key.starts_with("grains[") && key.ends_with(".velocity");
+        let is_felt = spheres && matches!(value, OverTime::Table(_));
+        Change { value, least: if is_felt { OF_TABLES[usize::from(!moves)] } else { 0.0 } }
+    };
+    changing(scene).into_iter().map(change).collect()
+}
+
+/// The longest step from `time` on, s, that resolves all of them, where `expected`, s, is expected.
+fn shortest<'a>(changes: impl IntoIterator<Item = &'a Change>, time: f64, expected: f64) -> f64 {
+    let step = |change: &Change| change.value.longest_step(time).max(change.least * expected);
+    changes.into_iter().map(step).fold(f64::INFINITY, f64::min)
 }
 
 /// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that

@@ -56,7 +56,7 @@ pub struct Solver<const D: usize> {
     /// Gravity, m/s².
     gravity: OverTime<[f64; 3]>,
     /// What a step must resolve of what the scene changes over time.
-    changes: Vec<OverTime<[f64; 3]>>,
+    changes: Vec<plan::Change>,
     /// Density of the fluid, kg/m³.
     density: f64,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
