@@ -347,8 +347,10 @@ impl GrainLoads {
         rests: (&mut [u8], bool),
     ) {
         let Some(by_gap) = &mut self.by_gap else { return };
-        let seals = model.viscosity * model.dt > SEALS * spacing * spacing;
-        let slow = if seals { AT_REST * spacing / model.dt } else { 0.0 };
+        // A disc's mask is solid from half a cell inside on, and seals in any step.
+        let viscous = model.viscosity / spacing;
+        let seals = self.rule.dimensions == 2 || model.viscosity * model.dt > SEALS * spacing * spacing;
+        let slow = if seals { (AT_REST * spacing / model.dt).min(viscous) } else { 0.0 };
         by_gap.open_masks(immersed.shapes_mut(), motions, [slow, spacing], rests);
     }
 
