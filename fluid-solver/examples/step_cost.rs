@@ -1,4 +1,4 @@
-//! Cost of one step on one core: ns per cell and step, and the share of each part.
+//! Cost of one step on one core: ns per cell and step.
 //!
 //! CPU time of the process over all threads (median of five runs), so a busy machine disturbs it
 //! little; least wall time of them; resident bytes per cell. In space also the bound: the bytes that
@@ -13,7 +13,6 @@ use fluid_solver::field::set_component;
 use fluid_solver::grid::{Geometry, Grid, GridSpec};
 use fluid_solver::scheme::{Options, Scheme, Viscous};
 use fluid_solver::step::Stepper;
-use fluid_solver::timings::Part;
 use fluid_solver::work::Work;
 use std::time::Instant;
 
@@ -110,7 +109,6 @@ where
     (0..3).for_each(|_| stepper.step(dt, None));
     let memory = (resident() - before) / cells as f64;
     let steps = (10_000_000 / cells).clamp(2, 2000);
-    stepper.reset_timings();
     let mut wall = f64::INFINITY;
     let mut costs: Vec<f64> = (0..5)
         .map(|_| {
@@ -121,15 +119,7 @@ where
         })
         .collect();
     costs.sort_by(f64::total_cmp);
-    let per_cell = |part| stepper.timings().seconds(part) * 1e9 / (cells * steps * 5) as f64;
-    let [momentum, viscous_part, projection, pressure] =
-        [Part::Momentum, Part::Viscous, Part::Projection, Part::Pressure].map(per_cell);
-    print!(
-        "{name:<36} {cells:>8} cells {:>6.1} ns  wall {wall:>6.1}  momentum {momentum:>5.1}  viscous \
-         {viscous_part:>5.1}  pressure solve {pressure:>4.1}  rest of projection {:>4.1}  {memory:>4.0} B/cell",
-        costs[2],
-        projection - pressure
-    );
+    print!("{name:<36} {cells:>8} cells {:>6.1} ns  wall {wall:>6.1}  {memory:>4.0} B/cell", costs[2]);
     if let Some(values) = values_moved(scheme, viscous).filter(|_| D == 3) {
         let bound = 8.0 * values * 1e9 / triad();
         print!("  {:>5.0} B/step, bound {bound:>5.1} ns, ratio {:.2}", 8.0 * values, costs[2] / bound);

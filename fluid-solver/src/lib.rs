@@ -14,7 +14,7 @@
 pub use fluid_kernels::{
     axis, boundary, division, drive, engines, field, first_non_finite, flow_rate, geometry, grid, grid_error,
     halo, health, helmholtz, immersed, interpolate, lanes, measure, near_convection, open, ranks, scheme,
-    stencil, step, threads, timings, transform, tridiagonal, work,
+    stencil, step, threads, transform, tridiagonal, work,
 };
 
 mod bounds;

@@ -6,14 +6,12 @@ use crate::grid::Grid;
 use crate::halo::{fill_velocity, fill_velocity_across, fill_velocity_and_open};
 use crate::near_convection::NearConvection;
 use crate::scheme::Options;
-use crate::timings::Timings;
 
 /// Grid, choices and state of a flow.
 pub struct Flow<const D: usize> {
     pub(crate) grid: Grid<D>,
     pub(crate) options: Options<D>,
     pub(crate) state: State<D>,
-    pub(crate) timings: Timings,
     /// Terms of convection near grains, where there are any.
     pub(crate) near: Option<Box<NearConvection<D>>>,
 }

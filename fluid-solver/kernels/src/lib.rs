@@ -73,7 +73,6 @@ mod stages;
 pub mod stencil;
 pub mod step;
 pub mod threads;
-pub mod timings;
 pub mod transform;
 pub mod tridiagonal;
 mod vector;

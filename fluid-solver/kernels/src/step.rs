@@ -22,7 +22,6 @@ use crate::grid::Grid;
 use crate::near_convection::NearConvection;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{LastProjection, PressureUpdate, StepPlan, Sweeps};
-use crate::timings::Timings;
 use bedload_over_time::OverTime;
 
 /// The incompressible Navier–Stokes equations on one grid, advanced in time.
@@ -44,8 +43,7 @@ impl<const D: usize> Stepper<D> {
         Grid<D>: HasEngine<D>,
     {
         let engine = grid.engine(&options);
-        let flow =
-            Flow { state: State::at_rest(&grid), timings: Timings::default(), near: None, grid, options };
+        let flow = Flow { state: State::at_rest(&grid), near: None, grid, options };
         Self { flow, engine, flow_rate: None, drive: None, left: None, broken: false }
     }
 
@@ -259,15 +257,5 @@ impl<const D: usize> Stepper<D> {
             (time, previous_dt, steps);
         (self.left, self.broken) = (None, false);
         self.move_walls();
-    }
-
-    /// Time spent in each part so far.
-    pub fn timings(&self) -> &Timings {
-        &self.flow.timings
-    }
-
-    /// Forgets the time spent.
-    pub fn reset_timings(&mut self) {
-        self.flow.timings = Timings::default();
     }
 }

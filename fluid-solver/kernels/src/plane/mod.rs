@@ -16,8 +16,6 @@ use crate::lanes::dispatch;
 use crate::scheme::Viscous;
 use crate::stages::{PlannedStage, PressureUpdate};
 use crate::threads::{for_row_triples, for_rows};
-use crate::timings::Part;
-use crate::work::Work;
 use factors::Factors;
 use momentum::Momentum;
 use project::Projection;
@@ -52,16 +50,14 @@ impl<const D: usize> PlaneEngine<D> {
     }
 
     /// `phi` ← solution of ∇²φ = ∇·u / duration, halos included.
-    fn solve(&mut self, flow: &mut Flow<D>, duration: f64) {
+    fn solve(&mut self, flow: &Flow<D>, duration: f64) {
         let inverse = 1.0 / duration;
         let Self { projection, rhs, phi, .. } = self;
         let (grid, velocity, rhs) = (&flow.grid, &flow.state.velocity, &mut rhs[0]);
         for_rows(grid, rhs, phi, |row, rhs, _| {
             dispatch(DivergenceRow { projection, grid, velocity, row, inverse, rhs });
         });
-        let begin = Work::begin();
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
-        flow.timings.add(Part::Pressure, begin);
         fill_scalar(grid, phi);
     }
 }
@@ -72,9 +68,8 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
     }
 
     fn predict(&mut self, flow: &mut Flow<D>, stage: &PlannedStage, force: Option<&[Vec<f64>; D]>) {
-        let begin = Work::begin();
         let Self { momentum, stokes, projection, rhs, .. } = self;
-        let Flow { grid, options, state: State { velocity, pressure, history, .. }, timings, near } = flow;
+        let Flow { grid, options, state: State { velocity, pressure, history, .. }, near } = flow;
         let (grid, velocity, near) = (&*grid, &*velocity, near.as_deref());
         for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
             let factors = &Factors::new(options, stage, d);
@@ -98,12 +93,10 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
                 });
             });
         }
-        timings.add(Part::Momentum, begin);
     }
 
     fn diffuse(&mut self, flow: &mut Flow<D>, stage: &PlannedStage) {
-        let begin = Work::begin();
-        let Flow { grid, options, state, timings, .. } = flow;
+        let Flow { grid, options, state, .. } = flow;
         let c = stage.diffusion(options.viscosity);
         for d in 0..D {
             let (rhs, u) = (&mut self.rhs[d], &mut state.velocity[d]);
@@ -115,21 +108,17 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
                 });
             }
         }
-        timings.add(Part::Viscous, begin);
     }
 
     fn project(&mut self, flow: &mut Flow<D>, update: PressureUpdate, _: bool) -> bool {
-        let begin = Work::begin();
         flow.fill_halos();
         self.solve(flow, update.duration);
-        flow.timings.add(Part::Projection, begin);
         // Every φ depends on every cell: one is enough to know.
         let grid = &flow.grid;
         self.phi[grid.row(grid.rows() / 2) + grid.cells[0] / 2].is_finite()
     }
 
     fn correct(&mut self, flow: &mut Flow<D>, update: PressureUpdate) {
-        let begin = Work::begin();
         let Self { projection, phi, .. } = self;
         // ∇·u* = duration ∇²φ: the old velocity is not needed for the pressure.
         let weights = [update.duration, update.viscosity * update.duration];
@@ -140,7 +129,6 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
         });
         flow.fill_halos();
         fill_scalar(&flow.grid, &mut flow.state.pressure);
-        flow.timings.add(Part::Projection, begin);
     }
 
     fn project_velocity(&mut self, flow: &mut Flow<D>) {

@@ -33,8 +33,6 @@ use crate::helmholtz::Unknown;
 use crate::helmholtz::space::Space;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{PlannedStage, PressureUpdate};
-use crate::timings::Part;
-use crate::work::Work;
 use factors::Factors;
 use momentum::Given;
 use shape::Shape;
@@ -113,7 +111,6 @@ impl<const D: usize> Engine<D> for SpaceEngine {
     }
 
     fn predict(&mut self, flow: &mut Flow<D>, stage: &PlannedStage, force: Option<&[Vec<f64>; D]>) {
-        let begin = Work::begin();
         self.shape.refresh(&flow.grid);
         let (options, nu, length) = (&flow.options, flow.options.viscosity, stage.length());
         let implicit = self.is_implicit();
@@ -136,14 +133,12 @@ impl<const D: usize> Engine<D> for SpaceEngine {
             sweep.exchange_planes(fields, privates, before);
             sweep.momentum(fields, privates, &factors, given, before, diverge);
         });
-        flow.timings.add(Part::Momentum, begin);
     }
 
     fn diffuse(&mut self, flow: &mut Flow<D>, stage: &PlannedStage) {
         if !self.is_implicit() {
             return;
         }
-        let begin = Work::begin();
         let c = stage.diffusion(flow.options.viscosity);
         for (solver, increment) in self.viscous.iter_mut().zip(&mut self.work) {
             solver.solve_columns([1.0, c], increment);
@@ -151,27 +146,21 @@ impl<const D: usize> Engine<D> for SpaceEngine {
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.viscous(fields, privates, divergence_of(stage));
         });
-        flow.timings.add(Part::Viscous, begin);
     }
 
     fn project(&mut self, flow: &mut Flow<D>, update: PressureUpdate, divergence_done: bool) -> bool {
         if !divergence_done {
             flow.fill_halos();
-            let begin = Work::begin();
             self.sweep(&mut flow.state, |sweep, fields, privates| {
                 sweep.diverge(fields, privates, Diverge::of(update));
             });
-            flow.timings.add(Part::Projection, begin);
         }
-        let begin = Work::begin();
         let phi = if self.has_gradient { &mut self.work[0] } else { &mut flow.state.pressure };
         self.pressure.solve_columns([0.0, -1.0], phi);
-        flow.timings.add_pressure(begin);
         flow.grid.division.ranks().all(is_solved(&self.shape, phi))
     }
 
     fn correct(&mut self, flow: &mut Flow<D>, update: PressureUpdate) {
-        let begin = Work::begin();
         self.shape.refresh(&flow.grid);
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.finish(fields, privates, update.duration);
@@ -187,7 +176,6 @@ impl<const D: usize> Engine<D> for SpaceEngine {
             }
         }
         fill_scalar_across(&flow.grid, D - 1, &mut flow.state.pressure);
-        flow.timings.add(Part::Projection, begin);
     }
 
     fn project_velocity(&mut self, flow: &mut Flow<D>) {
