@@ -61,60 +61,34 @@ impl<S: Simd> Real<S> {
     }
 }
 
-impl<S: Simd> Add for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        Self::new(self.simd, self.simd.add_f64s(self.v, o.v))
-    }
+/// One operator of two vectors, or of a vector and a number.
+macro_rules! operator {
+    ($type:ident, $name:ident, $fn:ident, $other:ty, |$a:ident, $o:ident| $value:expr) => {
+        impl<S: Simd> $name<$other> for $type<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $fn(self, $o: $other) -> Self {
+                let $a = self;
+                $value
+            }
+        }
+    };
 }
-
-impl<S: Simd> Sub for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        Self::new(self.simd, self.simd.sub_f64s(self.v, o.v))
-    }
-}
+operator!(Real, Add, add, Self, |a, o| a.with(a.simd.add_f64s(a.v, o.v)));
+operator!(Real, Sub, sub, Self, |a, o| a.with(a.simd.sub_f64s(a.v, o.v)));
+operator!(Real, Mul, mul, Self, |a, o| a.with(a.simd.mul_f64s(a.v, o.v)));
+operator!(Real, Div, div, Self, |a, o| a.with(a.simd.div_f64s(a.v, o.v)));
+operator!(Real, Add, add, f64, |a, o| a + a.splat(o));
+operator!(Real, Mul, mul, f64, |a, o| a * a.splat(o));
+operator!(Complex, Add, add, Self, |a, o| Self::new(a.re + o.re, a.im + o.im));
+operator!(Complex, Sub, sub, Self, |a, o| Self::new(a.re - o.re, a.im - o.im));
+operator!(Complex, Mul, mul, f64, |a, o| Self::new(a.re * o, a.im * o));
 
 impl<S: Simd> Neg for Real<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::new(self.simd, self.simd.neg_f64s(self.v))
-    }
-}
-
-impl<S: Simd> Mul<f64> for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: f64) -> Self {
-        let o = self.simd.splat_f64s(o);
-        Self::new(self.simd, self.simd.mul_f64s(self.v, o))
-    }
-}
-
-impl<S: Simd> Add<f64> for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: f64) -> Self {
-        self + self.splat(o)
-    }
-}
-
-impl<S: Simd> Div for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, o: Self) -> Self {
-        Self::new(self.simd, self.simd.div_f64s(self.v, o.v))
-    }
-}
-
-impl<S: Simd> Mul for Real<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: Self) -> Self {
-        Self::new(self.simd, self.simd.mul_f64s(self.v, o.v))
+        self.with(self.simd.neg_f64s(self.v))
     }
 }
 
@@ -166,29 +140,5 @@ impl<S: Simd> Complex<S> {
     #[inline(always)]
     pub(crate) fn rotate(self, [c, s]: [f64; 2]) -> Self {
         Self::new(self.re * c - self.im * s, self.re * s + self.im * c)
-    }
-}
-
-impl<S: Simd> Add for Complex<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        Self::new(self.re + o.re, self.im + o.im)
-    }
-}
-
-impl<S: Simd> Sub for Complex<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        Self::new(self.re - o.re, self.im - o.im)
-    }
-}
-
-impl<S: Simd> Mul<f64> for Complex<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: f64) -> Self {
-        Self::new(self.re * o, self.im * o)
     }
 }
