@@ -92,12 +92,12 @@ pub fn for_chunks<T: Send>(data: &mut [T], size: usize, task: impl Fn(usize, &mu
     });
 }
 
-/// Calls `task(row, [a, b, c])` for every interior row of three fields on two axes at once, each
-/// being the values `0..n` of that row, in parallel where worth it.
-pub fn for_row_triples<const D: usize>(
+/// Calls `task` with the number of every interior row on two axes and the values `0..n` of that row of some
+/// fields, in parallel where worth it.
+pub fn for_rows<const D: usize, const N: usize>(
     grid: &Grid<D>,
-    fields: [&mut [f64]; 3],
-    task: impl Fn(usize, [&mut [f64]; 3]) + Sync,
+    fields: [&mut [f64]; N],
+    task: impl Fn(usize, [&mut [f64]; N]) + Sync,
 ) {
     debug_assert!(D == 2, "rows follow each other on two axes only");
     let (n, rows, size) = (grid.cells[0], grid.rows(), grid.stride(1));
@@ -105,28 +105,6 @@ pub fn for_row_triples<const D: usize>(
     let fields = fields.map(|field| &mut field[range.clone()]);
     share(Chunks { fields, size }, 0..rows, most(rows, threads(grid.cell_count())), &|rows, chunks| {
         chunks.each(rows, &|row, fields| task(row, fields.map(|field| &mut field[..n])));
-    });
-}
-
-/// Calls `task(row, a, b)` for every interior row of two fields at once, `a` and `b` being the
-/// values `0..n` of that row, in parallel where worth it.
-pub fn for_rows<const D: usize>(
-    grid: &Grid<D>,
-    a: &mut [f64],
-    b: &mut [f64],
-    task: impl Fn(usize, &mut [f64], &mut [f64]) + Sync,
-) {
-    let (n, layers) = (grid.cells[0], grid.cells[D - 1]);
-    let (inner, size, stride) = (grid.rows() / layers, grid.stride(D - 1), grid.stride(1));
-    let range = grid.row(0)..grid.row(grid.rows() - 1) + n;
-    let fields = [&mut a[range.clone()], &mut b[range]];
-    share(Chunks { fields, size }, 0..layers, most(layers, threads(grid.cell_count())), &|layers, chunks| {
-        chunks.each(layers, &|k, [a, b]| {
-            for j in 0..inner {
-                let at = j * stride..j * stride + n;
-                task(k * inner + j, &mut a[at.clone()], &mut b[at]);
-            }
-        });
     });
 }
 

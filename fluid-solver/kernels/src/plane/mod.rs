@@ -15,11 +15,11 @@ use crate::helmholtz::{Helmholtz, Unknown, Write};
 use crate::lanes::dispatch;
 use crate::scheme::Viscous;
 use crate::stages::{PlannedStage, PressureUpdate};
-use crate::threads::{for_row_triples, for_rows};
+use crate::threads::for_rows;
 use factors::Factors;
 use momentum::Momentum;
 use project::Projection;
-use rows::{CorrectRow, DivergenceRow, FinishRow, PredictRow};
+use rows::{DivergenceRow, FinishRow, PredictRow};
 use stokes::Stokes;
 
 /// Operators, solvers and working memory on two axes.
@@ -54,7 +54,7 @@ impl<const D: usize> PlaneEngine<D> {
         let inverse = 1.0 / duration;
         let Self { projection, rhs, phi, .. } = self;
         let (grid, velocity, rhs) = (&flow.grid, &flow.state.velocity, &mut rhs[0]);
-        for_rows(grid, rhs, phi, |row, rhs, _| {
+        for_rows(grid, [rhs], |row, [rhs]| {
             dispatch(DivergenceRow { projection, grid, velocity, row, inverse, rhs });
         });
         self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
@@ -75,7 +75,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
             let factors = &Factors::new(options, stage, d);
             let momentum = Some(&momentum[d]).filter(|_| options.convection);
             let (stokes, force) = (&stokes[d], force.map(|force| force[d].as_slice()));
-            for_rows(grid, rhs, history, |row, rhs, history| {
+            for_rows(grid, [rhs, history], |row, [rhs, history]| {
                 dispatch(PredictRow {
                     grid,
                     factors,
@@ -103,7 +103,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
             if options.viscous == Viscous::Implicit && c > 0.0 {
                 self.viscous_solver[d].solve(grid, 1.0, c, rhs, u, Write::Add);
             } else {
-                for_rows(grid, u, rhs, |_, u, rhs| {
+                for_rows(grid, [u, rhs], |_, [u, rhs]| {
                     u.iter_mut().zip(&*rhs).for_each(|(u, r)| *u += r);
                 });
             }
@@ -124,7 +124,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
         let weights = [update.duration, update.viscosity * update.duration];
         let Flow { grid, state: State { velocity, pressure, .. }, .. } = flow;
         let [u, w, ..] = velocity.as_mut_slice() else { return };
-        for_row_triples(grid, [u, w, pressure], |row, fields| {
+        for_rows(grid, [u, w, pressure], |row, fields| {
             dispatch(FinishRow { projection, grid, weights, phi, row, fields });
         });
         flow.fill_halos();
@@ -135,11 +135,11 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
         self.solve(flow, 1.0);
         let Self { projection, rhs, phi, .. } = self;
         let Flow { grid, state, .. } = flow;
-        for (d, (u, rhs)) in state.velocity.iter_mut().zip(rhs).enumerate() {
-            for_rows(grid, u, rhs, |row, u, _| {
-                dispatch(CorrectRow { projection, grid, d, weight: 1.0, phi, row, u });
-            });
-        }
+        let [u, w, ..] = state.velocity.as_mut_slice() else { return };
+        // The pressure stays: working memory takes its place.
+        for_rows(grid, [u, w, &mut rhs[0]], |row, fields| {
+            dispatch(FinishRow { projection, grid, weights: [1.0, 0.0], phi, row, fields });
+        });
     }
 
     /// It always has.

@@ -32,32 +32,14 @@ impl<const D: usize> Projection<D> {
         &self.slope[axis]
     }
 
-    /// The end of a projection on interior row `row`, values `0..n` of each:
-    /// `u −= weight ∇φ`, `p += φ − correction ∇²φ`. Halo of φ up to date.
+    /// The end of a projection on interior row `row`, around which φ is given: `u −= weight ∇φ`,
+    /// `p += φ − correction ∇²φ`. The results are arguments, which tells that they overlap nothing.
     #[inline(always)]
-    pub(super) fn finish_row(
+    pub(super) fn finish(
         &self,
-        grid: &Grid<D>,
         [weight, correction]: [f64; 2],
-        phi: &[f64],
-        row: usize,
-        [u, w, p]: [&mut [f64]; 3],
-    ) {
-        let (start, s) = (grid.row(row), grid.stride(1));
-        let at = [start - 1, start, start + 1, start - s, start + s].map(|at| &phi[at..][..p.len()]);
-        let across = [self.slope[1][row], self.slope[1][row + 1], self.low[1][row], self.high[1][row]];
-        self.finish(weight, correction, at, across, u, w, p);
-    }
-
-    /// [`Self::finish_row`]; the results are arguments, which tells that they overlap nothing.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "see above")]
-    fn finish(
-        &self,
-        weight: f64,
-        correction: f64,
         [left, mid, right, under, over]: [&[f64]; 5],
-        [slope_under, slope_over, low_across, high_across]: [f64; 4],
+        row: usize,
         u: &mut [f64],
         w: &mut [f64],
         p: &mut [f64],
@@ -67,6 +49,8 @@ impl<const D: usize> Projection<D> {
         let (left, mid, right, under, over) = (&left[..n], &mid[..n], &right[..n], &under[..n], &over[..n]);
         let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
         let (slope, next) = (&self.slope[0][..n], &self.slope[0][1..][..n]);
+        let (slope_under, slope_over) = (self.slope[1][row], self.slope[1][row + 1]);
+        let (low_across, high_across) = (self.low[1][row], self.high[1][row]);
         for i in 0..n {
             let west = slope[i] * (mid[i] - left[i]);
             let east = next[i] * (right[i] - mid[i]);
@@ -79,35 +63,20 @@ impl<const D: usize> Projection<D> {
         }
     }
 
-    /// ∇·u = (1/V) Σ_faces ± A u on interior row `row`, stored in `out` (values `0..n`), 1/s.
+    /// ∇·u = (1/V) Σ_faces ± A u on interior row `row`, stored in `out`, 1/s; the result is an argument,
+    /// which tells that it overlaps nothing.
     #[inline(always)]
-    pub(super) fn divergence_row(
-        &self,
-        grid: &Grid<D>,
-        velocity: &[Vec<f64>; D],
-        row: usize,
-        out: &mut [f64],
-    ) {
-        let (n, start, s) = (out.len(), grid.row(row), grid.stride(1));
-        let u = &velocity[0][start..];
-        let across = [&velocity[1][start..][..n], &velocity[1][start + s..][..n]];
-        let [low, high] = [self.low[1][row], self.high[1][row]];
-        self.divergence([&u[..n], &u[1..][..n]], across, low, high, out);
-    }
-
-    /// [`Self::divergence_row`]; the result is an argument, which tells that it overlaps nothing.
-    #[inline(always)]
-    fn divergence(
+    pub(super) fn divergence(
         &self,
         [left, right]: [&[f64]; 2],
         [under, over]: [&[f64]; 2],
-        low_across: f64,
-        high_across: f64,
+        row: usize,
         out: &mut [f64],
     ) {
         let n = out.len();
         let (low, high) = (&self.low[0][..n], &self.high[0][..n]);
         let (left, right, under, over) = (&left[..n], &right[..n], &under[..n], &over[..n]);
+        let (low_across, high_across) = (self.low[1][row], self.high[1][row]);
         for i in 0..n {
             out[i] =
                 (high[i] * right[i] - low[i] * left[i]) + (high_across * over[i] - low_across * under[i]);

@@ -68,32 +68,19 @@ pub(super) struct DivergenceRow<'a, const D: usize> {
 impl<const D: usize> Kernel for DivergenceRow<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        self.projection.divergence_row(self.grid, self.velocity, self.row, self.rhs);
-        for r in self.rhs {
+        let Self { projection, grid, velocity, row, rhs, .. } = self;
+        let (n, start, s) = (rhs.len(), grid.row(row), grid.stride(1));
+        let u = &velocity[0][start..];
+        let across = [&velocity[1][start..][..n], &velocity[1][start + s..][..n]];
+        projection.divergence([&u[..n], &u[1..][..n]], across, row, rhs);
+        for r in rhs {
             *r *= self.inverse;
         }
     }
 }
 
-/// One row of `u −= weight ∇φ`.
-pub(super) struct CorrectRow<'a, const D: usize> {
-    pub(super) projection: &'a Projection<D>,
-    pub(super) grid: &'a Grid<D>,
-    pub(super) d: usize,
-    pub(super) weight: f64,
-    pub(super) phi: &'a [f64],
-    pub(super) row: usize,
-    pub(super) u: &'a mut [f64],
-}
-
-impl<const D: usize> Kernel for CorrectRow<'_, D> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.projection.add_gradient_row(self.grid, self.d, -self.weight, self.phi, self.row, self.u);
-    }
-}
-
-/// [`Projection::finish_row`] on one row.
+/// The end of a projection on one row of u, w and p: `u −= weight ∇φ`, `p += φ − correction ∇²φ`, by these
+/// weights. Halo of φ up to date.
 pub(super) struct FinishRow<'a, const D: usize> {
     pub(super) projection: &'a Projection<D>,
     pub(super) grid: &'a Grid<D>,
@@ -106,6 +93,9 @@ pub(super) struct FinishRow<'a, const D: usize> {
 impl<const D: usize> Kernel for FinishRow<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        self.projection.finish_row(self.grid, self.weights, self.phi, self.row, self.fields);
+        let Self { projection, grid, weights, phi, row, fields: [u, w, p] } = self;
+        let (start, s) = (grid.row(row), grid.stride(1));
+        let at = [start - 1, start, start + 1, start - s, start + s].map(|at| &phi[at..][..p.len()]);
+        projection.finish(weights, at, row, u, w, p);
     }
 }
