@@ -9,7 +9,7 @@ use crate::build;
 use crate::checkpoint::whole::{Whole, read_whole};
 use crate::config::{Choices, FluidSection, SchemeKey};
 use crate::coupling;
-use crate::field::{State, own_planes};
+use crate::field::{State, copy_own, own_planes};
 use crate::flow_rate::mean;
 use crate::grid::Grid;
 use crate::halo::{fill_scalar, fill_velocity, fill_velocity_and_open};
@@ -282,8 +282,7 @@ impl<const D: usize> Start<D> {
         }
         let (own, whole) = (own_planes(grid), grid.len());
         for (to, from) in fields.iter_mut().zip(theirs()) {
-            let place = if from.len() == whole { own.clone() } else { 0..from.len() };
-            to[place.clone()].copy_from_slice(&from[place]);
+            copy_own(&own, whole, to, from);
         }
         let alike = self.same_history && self.whole.explicit == (viscous == Viscous::Explicit);
         let previous_dt = if alike { self.whole.previous_dt } else { 0.0 };

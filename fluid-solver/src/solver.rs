@@ -6,7 +6,7 @@ use crate::build;
 use crate::config::FluidSection;
 use crate::coupling;
 use crate::engines::HasEngine;
-use crate::field::{State, copy_own};
+use crate::field::{copy_own, own_planes};
 use crate::first_non_finite::FirstNonFinite;
 use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
@@ -30,14 +30,13 @@ use fluid_kernels::gather;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
 
-/// Everything that decides the next window.
-struct Saved<const D: usize> {
-    /// Velocity, pressure, previous convection, time.
-    state: State<D>,
-    /// The carried force per unit mass, m/s².
-    force: [Vec<f64>; D],
-    /// The same at the points of the bodies, where the method has them.
-    points: Option<[Vec<f64>; D]>,
+/// Everything that decides the next window, as [`Solver::restart`] takes it.
+#[derive(Default)]
+struct Saved {
+    /// Those of [`Solver::fields`].
+    fields: Vec<Vec<f64>>,
+    /// Time, length of the step before, s, and number of steps.
+    times: (f64, f64, u64),
     /// The grains.
     memory: Memory,
 }
@@ -51,7 +50,7 @@ pub struct Solver<const D: usize> {
     method: Box<dyn ImmersedBoundary<D>>,
     grains: Grains<D>,
     plan: Plan,
-    saved: Option<Box<Saved<D>>>,
+    saved: Option<Box<Saved>>,
     beyond: Beyond,
     /// Gravity, m/s².
     gravity: OverTime<[f64; 3]>,
@@ -321,38 +320,29 @@ impl<const D: usize> Solver<D> {
 
     /// Keeps everything that decides the next window.
     pub fn save(&mut self) {
-        let Self { stepper, method, grains, saved, .. } = self;
-        let grid = stepper.grid();
-        let saved = saved.get_or_insert_with(|| {
-            Box::new(Saved {
-                state: State::at_rest(grid),
-                force: std::array::from_fn(|d| vec![0.0; grains.force[d].len()]),
-                points: method.points().cloned(),
-                memory: Memory::default(),
-            })
-        });
-        saved.state.copy_from(grid, stepper.state());
-        for (to, from) in saved.force.iter_mut().zip(&grains.force) {
-            copy_own(grid, to, from);
+        let mut saved = self.saved.take().unwrap_or_default();
+        let (own, whole, fields) = (own_planes(self.grid()), self.grid().len(), self.fields());
+        if saved.fields.is_empty() {
+            saved.fields = fields.iter().map(|field| vec![0.0; field.len()]).collect();
         }
-        if let (Some(to), Some(from)) = (&mut saved.points, method.points()) {
-            to.clone_from(from);
+        for (to, from) in saved.fields.iter_mut().zip(fields) {
+            copy_own(&own, whole, to, from);
         }
-        saved.memory.clone_from(&grains.memory);
+        let state = self.stepper.state();
+        saved.times = (state.time, state.previous_dt, state.steps);
+        saved.memory.clone_from(&self.grains.memory);
+        self.saved = Some(saved);
     }
 
     /// Goes back to the last [`Solver::save`]; without one, stays.
     pub fn restore(&mut self) {
-        let Self { stepper, method, grains, saved: Some(saved), .. } = self else { return };
-        stepper.restore(&saved.state);
-        for (to, from) in grains.force.iter_mut().zip(&saved.force) {
-            copy_own(stepper.grid(), to, from);
+        let Some(saved) = self.saved.take() else { return };
+        let (own, whole) = (own_planes(self.grid()), self.grid().len());
+        for (to, from) in self.fields_mut().into_iter().zip(&saved.fields) {
+            copy_own(&own, whole, to, from);
         }
-        if let (Some(to), Some(from)) = (method.points_mut(), &saved.points) {
-            to.clone_from(from);
-        }
-        grains.memory.clone_from(&saved.memory);
-        method.resume(stepper, grains);
+        self.restart(saved.times, saved.memory.clone());
+        self.saved = Some(saved);
     }
 
     /// All fields that decide the next window: velocity, history, force (one per axis each), pressure,

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Values that a thread clears at a time.
 const CLEARED: usize = 16_384;
 
-/// Everything that decides the next time step; copying it saves a run, putting it back restores it.
+/// Everything that decides the next time step; putting a copy back and a restart go back to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<const D: usize> {
     /// Velocity components, m/s. The caller may change them between steps (direct forcing); halo
@@ -45,25 +45,10 @@ impl<const D: usize> State<D> {
     }
 }
 
-impl<const D: usize> State<D> {
-    /// Takes over another state of the same grid, on the planes of this process, without allocating.
-    pub fn copy_from(&mut self, grid: &Grid<D>, from: &Self) {
-        for d in 0..D {
-            copy_own(grid, &mut self.velocity[d], &from.velocity[d]);
-            copy_own(grid, &mut self.history[d], &from.history[d]);
-        }
-        copy_own(grid, &mut self.pressure, &from.pressure);
-        self.open.copy_from(&from.open);
-        (self.previous_dt, self.time, self.steps) = (from.previous_dt, from.time, from.steps);
-    }
-}
-
-/// Copies the planes of this process, wall faces and halos included, without allocating.
-pub fn copy_own<const D: usize>(grid: &Grid<D>, to: &mut [f64], from: &[f64]) {
-    if grid.division.ranks().is_alone() || from.is_empty() {
-        return to.copy_from_slice(from);
-    }
-    let place = own_planes(grid);
+/// Copies a field without allocating; of one with `whole` values the planes `own`, wall faces and halos
+/// included.
+pub fn copy_own(own: &Range<usize>, whole: usize, to: &mut [f64], from: &[f64]) {
+    let place = if from.len() == whole { own.clone() } else { 0..from.len() };
     to[place.clone()].copy_from_slice(&from[place]);
 }
 

@@ -87,13 +87,6 @@ impl<const D: usize> OpenFaces<D> {
         self.faces.iter_mut().flat_map(|face| &mut face.values)
     }
 
-    /// Copies the values of the same faces without allocating.
-    pub fn copy_from(&mut self, from: &Self) {
-        for (to, from) in self.fields_mut().zip(from.fields()) {
-            to.copy_from_slice(from);
-        }
-    }
-
     /// Gives an inflow face the mean velocity `mean`, m/s, in its own shape.
     pub(crate) fn enter(&mut self, axis: usize, side: usize, mean: [f64; D]) {
         let Some(face) = self.faces.iter_mut().find(|f| (f.axis, f.side) == (axis, side)) else { return };

@@ -244,13 +244,6 @@ impl<const D: usize> Stepper<D> {
         self.broken
     }
 
-    /// Puts a saved state back (same grid); a step that was begun is forgotten.
-    pub fn restore(&mut self, state: &State<D>) {
-        self.flow.state.copy_from(&self.flow.grid, state);
-        (self.left, self.broken) = (None, false);
-        self.move_walls();
-    }
-
     /// Goes on from the present fields; a step that was begun is forgotten.
     pub fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
         (self.flow.state.time, self.flow.state.previous_dt, self.flow.state.steps) =

@@ -211,3 +211,9 @@ fn pairs<const D: usize>() -> [[Boundary<D>; 2]; 5] {
     let [p, w, s] = [Boundary::Periodic, Boundary::WALL, Boundary::FreeSlip];
     [[p, p], [w, w], [s, s], [w, s], [s, w]]
 }
+
+/// Puts a saved state back, on the same grid.
+pub(crate) fn put_back<const D: usize>(stepper: &mut Stepper<D>, saved: &State<D>) {
+    *stepper.state_mut() = saved.clone();
+    stepper.restart(saved.time, saved.previous_dt, saved.steps);
+}

@@ -1,6 +1,6 @@
 //! A flow rate that is held: the mean is kept to round-off, the gradient is that of the exact flow.
 
-use crate::flow::common::{SCHEMES, distance, error, grid, observed_order, pipe, uniform};
+use crate::flow::common::{SCHEMES, distance, error, grid, observed_order, pipe, put_back, uniform};
 use crate::flow::reference::largest_divergence;
 use fluid_solver::boundary::Boundary;
 use fluid_solver::engines::HasEngine;
@@ -92,7 +92,7 @@ fn force_that_holds_is_the_force_that_drives() {
             run(&mut s, 0, 2.0, 1, 0.01);
             // From the second step on it is smooth: one force over all stages of Adams–Bashforth.
             if scheme == Scheme::AdamsBashforth2 {
-                given.restore(s.state());
+                put_back(&mut given, s.state());
                 s.step(0.01, None);
                 given.set_body_force([s.flow_rate().expect("it is held").acceleration(), 0.0, 0.0]);
                 given.step(0.01, None);

@@ -1,7 +1,7 @@
 //! Inflow and outflow: entry flows against exact developed profiles, symmetry, conservation, same
 //! bits, and outflow that turns back.
 
-use crate::flow::common::{SCHEMES, assert_same, error, grid, observed_order, stepper, uniform};
+use crate::flow::common::{SCHEMES, assert_same, error, grid, observed_order, put_back, stepper, uniform};
 use crate::flow::reference::largest_divergence;
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::boundary::{Boundary, Profile};
@@ -378,7 +378,7 @@ fn restored_open_flow_repeats_its_future() {
                 let mut s = disturbed(g, scheme, viscous);
                 (0..3).for_each(|_| s.step(1e-3, None));
                 let mut other = Stepper::new(g.clone(), s.options().clone());
-                other.restore(s.state());
+                put_back(&mut other, s.state());
                 other.fill_halos();
                 for stepper in [&mut s, &mut other] {
                     (0..3).for_each(|_| stepper.step(2e-3, None));
