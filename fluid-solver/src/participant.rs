@@ -190,11 +190,6 @@ impl Fluid {
     pub fn fastest(&self) -> f64 {
         any!(&self.solver, solver => solver.fastest())
     }
-
-    /// Step proposed for the first window, s.
-    pub fn first_dt(&self) -> f64 {
-        any!(&self.solver, solver => solver.plan().first)
-    }
 }
 
 impl Participant for Fluid {

@@ -99,19 +99,6 @@ impl<const D: usize> OpenFaces<D> {
         }
     }
 
-    /// Sets the velocity on an inflow face from a function of component and position (m).
-    pub fn set(&mut self, grid: &Grid<D>, axis: usize, side: usize, value: impl Fn(usize, [f64; D]) -> f64) {
-        let Some(face) = self.faces.iter_mut().find(|f| (f.axis, f.side) == (axis, side)) else { return };
-        let wall = grid.axes[axis].faces[side * grid.cells[axis]];
-        for (d, values) in face.values.iter_mut().enumerate() {
-            for (entry, value_at) in values.iter_mut().enumerate() {
-                let at = across(grid, axis, entry);
-                *value_at =
-                    value(d, std::array::from_fn(|a| if a == axis { wall } else { grid.nodes(d, a)[at[a]] }));
-            }
-        }
-    }
-
     /// Lets the outflow go on for `time` (s) with the velocity inside, halos of other faces aside.
     pub fn convect(&mut self, grid: &Grid<D>, velocity: &[Vec<f64>; D], time: f64) {
         let speed = self.outflow_speed(grid);
@@ -143,11 +130,6 @@ impl<const D: usize> OpenFaces<D> {
         self.balance(grid);
     }
 
-    /// Flow into the box through all inflow faces, m³/s (plane: per metre of depth).
-    pub fn inflow(&self, grid: &Grid<D>) -> f64 {
-        self.flow(grid, false)
-    }
-
     /// U_c, m/s; infinite where nothing enters and something moves on the faces.
     fn outflow_speed(&self, grid: &Grid<D>) -> f64 {
         let total = self.outflow_area(grid);
@@ -171,8 +153,9 @@ impl<const D: usize> OpenFaces<D> {
         self.faces.iter().filter(|face| face.outflow).map(areas).sum()
     }
 
-    /// Flow in the sense of the faces: into the box for inflow, out of it for outflow.
-    fn flow(&self, grid: &Grid<D>, outflow: bool) -> f64 {
+    /// Flow in the sense of the faces, into the box for inflow, out of it for outflow, m³/s (plane: per metre
+    /// of depth).
+    pub fn flow(&self, grid: &Grid<D>, outflow: bool) -> f64 {
         let mut sum = 0.0;
         for face in self.faces.iter().filter(|face| face.outflow == outflow) {
             let normal = face.values[face.axis].iter().enumerate();

@@ -169,12 +169,6 @@ impl<const D: usize> Stepper<D> {
         self.flow.fill_halos();
     }
 
-    /// Sets the velocity on an inflow face from a function of component and position (m), from now
-    /// on: profiles that no scene can say, or that change in time.
-    pub fn set_inflow(&mut self, axis: usize, side: usize, value: impl Fn(usize, [f64; D]) -> f64) {
-        self.flow.state.open.set(&self.flow.grid, axis, side, value);
-    }
-
     /// The grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.flow.grid

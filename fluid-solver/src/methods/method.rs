@@ -47,13 +47,3 @@ impl Method {
         MaskModel { mask, width, wave: 1.0, viscosity, dt: 0.0 }
     }
 }
-
-impl std::fmt::Display for Method {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Calibrated => "calibrated",
-            Self::Izard2014 => "izard-2014",
-            Self::FictitiousDomain => "fictitious-domain",
-        })
-    }
-}

@@ -217,3 +217,14 @@ pub(crate) fn put_back<const D: usize>(stepper: &mut Stepper<D>, saved: &State<D
     *stepper.state_mut() = saved.clone();
     stepper.restart(saved.time, saved.previous_dt, saved.steps);
 }
+
+/// ½ ∫ u² dV over the unknowns, m⁵/s² per unit density (plane: per metre of depth).
+pub(crate) fn kinetic_energy<const D: usize>(grid: &Grid<D>, velocity: &[Vec<f64>; D]) -> f64 {
+    let mut energy = 0.0;
+    for (d, u) in velocity.iter().enumerate() {
+        for_each_unknown(grid, d, |at, index| {
+            energy += 0.5 * u[index] * u[index] * grid.control_volume(d, at);
+        });
+    }
+    energy
+}

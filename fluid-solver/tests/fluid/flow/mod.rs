@@ -1,6 +1,6 @@
 //! The Navier–Stokes core against exact solutions and discrete identities.
 
-mod common;
+pub(crate) mod common;
 mod reference;
 
 mod drive;

@@ -1,6 +1,8 @@
 //! Axisymmetric flow against exact solutions.
 
-use crate::flow::common::{SCHEMES, error, laplacian_of, observed_order, pipe, stepper, uniform};
+use crate::flow::common::{
+    SCHEMES, error, kinetic_energy, laplacian_of, observed_order, pipe, stepper, uniform,
+};
 use fluid_solver::axis::AxisSpec;
 use fluid_solver::field::set_component;
 use fluid_solver::grid::{Grid, GridError};
@@ -85,7 +87,6 @@ fn vector_laplacian_is_second_order() {
 /// the energy only falls: checks signs of the axisymmetric convection in a strongly nonlinear flow.
 #[test]
 fn energy_only_falls_without_forcing() {
-    use fluid_solver::measure::kinetic_energy;
     let mut s = stepper(pipe(growing(32), uniform(1.0, 48)), 1e-3, SCHEMES[0]);
     let grid = s.grid().clone();
     set_component(&grid, 1, &mut s.state_mut().velocity[1], |[r, z]| {

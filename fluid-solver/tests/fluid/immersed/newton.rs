@@ -5,6 +5,7 @@ use bedload_scene::{CheckedScene, Freedom, Geometry, Motion, SceneSource};
 use fluid_solver::methods::calibrated::calibration::Calibration;
 use fluid_solver::participant::Fluid;
 use fluid_solver::ranks::Ranks;
+use fluid_solver::solver::Solver;
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::{Exchange, ExchangeError, Participant, SolverError, Window, WindowReport};
 use std::path::Path;
@@ -156,7 +157,8 @@ impl Run {
     }
 
     fn of(fluid: Fluid, scene: &CheckedScene) -> Self {
-        let dt = fluid.first_dt();
+        let plan = fluid.two().map(Solver::plan).or(fluid.three().map(Solver::plan));
+        let dt = plan.expect("two axes or three").first;
         Self { fluid, newton: Newton::new(scene), time: 0.0, step: 0, dt, last: None }
     }
 

@@ -1,9 +1,9 @@
 //! What a contact does to the fluid: energy, restart, threads and ranks in the windows of a touch.
 
+use crate::flow::common::kinetic_energy;
 use crate::immersed::newton::{Newton, Run, scene};
 use crate::immersed::ranks::shared;
 use crate::immersed::restart::{folder, messages};
-use fluid_solver::measure::kinetic_energy;
 use protocol::participant::Participant;
 use std::path::Path;
 
