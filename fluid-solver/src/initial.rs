@@ -12,7 +12,7 @@ use crate::coupling;
 use crate::field::{State, copy_own, own_planes};
 use crate::flow_rate::mean;
 use crate::grid::Grid;
-use crate::halo::{fill_scalar, fill_velocity, fill_velocity_and_open};
+use crate::halo::{fill_scalar, fill_velocity_and_open};
 use crate::health::Health;
 use crate::immersed::body::Motion;
 use crate::interpolate::{Kind, interpolate};
@@ -196,11 +196,7 @@ impl<const D: usize> Start<D> {
         }
         let mut velocity: [Vec<f64>; D] = std::array::from_fn(|d| std::mem::take(&mut whole.fields[d]));
         for (d, u) in velocity.iter_mut().enumerate() {
-            if open.is_empty() {
-                fill_velocity(&source, d, u);
-            } else {
-                fill_velocity_and_open(&source, &open, d, u);
-            }
+            fill_velocity_and_open(&source, &open, d, u);
         }
         fill_scalar(&source, &mut whole.fields[3 * D]);
         let health = Health::of(&source, &velocity);

@@ -6,6 +6,7 @@
 //! vorticity, and β of the mask, which is wider than the grains, as `solid`. A plane or (r, z) grid lies in
 //! the plane y = 0, r along x.
 
+use crate::field::for_each_own_unknown;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
 use crate::immersed::layer_sums::{first, for_each_layer};
@@ -79,21 +80,10 @@ fn own_cells<const D: usize>(grid: &Grid<D>) -> usize {
     grid.own_rows().len() * grid.cells[0]
 }
 
-/// Visits every cell of this process in VTK's order (x fastest): its indices and its place in a field.
-fn for_each_cell<const D: usize>(grid: &Grid<D>, mut visit: impl FnMut([usize; D], usize)) {
-    for row in grid.own_rows() {
-        let start = grid.row(row);
-        let rest = [0, row % grid.cells[1], row / grid.cells[1]];
-        for i in 0..grid.cells[0] {
-            visit(std::array::from_fn(|a| if a == 0 { i } else { rest[a] }), start + i);
-        }
-    }
-}
-
 fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let mut values = Vec::with_capacity(3 * own_cells(grid));
-    for_each_cell(grid, |_, index| {
+    for_each_own_unknown(grid, D, |_, index| {
         let mut v = [0.0; 3];
         for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
             v[laboratory(grid.geometry, a)] = 0.5 * (u[index] + u[index + grid.stride(a)]);
@@ -107,7 +97,7 @@ fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let mut values = Vec::with_capacity(own_cells(grid));
     let p = &solver.stepper().state().pressure;
-    for_each_cell(grid, |_, index| values.push(solver.density() * p[index]));
+    for_each_own_unknown(grid, D, |_, index| values.push(solver.density() * p[index]));
     Array::scalar("pressure", values)
 }
 
@@ -124,7 +114,7 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
         let width = distances[at[a]] + distances[at[a] + 1];
         (centred(index + grid.stride(a)) - centred(index - grid.stride(a))) / width
     };
-    for_each_cell(grid, |at, index| {
+    for_each_own_unknown(grid, D, |at, index| {
         let mut curl = [0.0; 3];
         for d in 0..D {
             for a in (0..D).filter(|a| *a != d) {
@@ -159,6 +149,6 @@ fn solid<const D: usize>(solver: &Solver<D>) -> Array {
         },
     );
     let mut values = Vec::with_capacity(own_cells(grid));
-    for_each_cell(grid, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
+    for_each_own_unknown(grid, D, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
     Array::scalar("solid", values)
 }

@@ -121,19 +121,15 @@ fn add_across<const D: usize>(solver: &Solver<D>, axis: usize, lambda: Option<&[
         sums[at[axis]].force[c] +=
             rho * lambda.map_or(0.0, |lambda| lambda[index]) * grid.control_volume(axis, at);
     });
-    for row in 0..grid.rows() {
-        let rest = [0, row % grid.cells[1], row / grid.cells[1]];
-        for i in 0..grid.cells[0] {
-            let at: [usize; D] = std::array::from_fn(|a| if a == 0 { i } else { rest[a] });
-            let (k, index) = (at[axis], grid.row(row) + i);
-            let width = grid.axes[axis].widths[k];
-            let area = grid.cell_volume(at) / width;
-            let (below, above) = (w[index], w[index + grid.stride(axis)]);
-            sums[k].fluxes[0][c] += viscosity * (above - below) / width * area;
-            sums[k].fluxes[1][c] -= rho * (0.5 * (below + above)).powi(2) * area;
-            sums[k].pressure += rho * state.pressure[index] * area;
-        }
-    }
+    for_each_unknown(grid, D, |at, index| {
+        let k = at[axis];
+        let width = grid.axes[axis].widths[k];
+        let area = grid.cell_volume(at) / width;
+        let (below, above) = (w[index], w[index + grid.stride(axis)]);
+        sums[k].fluxes[0][c] += viscosity * (above - below) / width * area;
+        sums[k].fluxes[1][c] -= rho * (0.5 * (below + above)).powi(2) * area;
+        sums[k].pressure += rho * state.pressure[index] * area;
+    });
 }
 
 /// What grains transmit: forces from their centres down, in the mean over the height of a cell.

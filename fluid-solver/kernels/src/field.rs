@@ -82,7 +82,8 @@ pub fn set_component<const D: usize>(
     });
 }
 
-/// Visits every unknown of component `d` in memory order: its indices and its place in the field.
+/// Visits every unknown of component `d` (`d = D`: every cell) in memory order: its indices and its place in
+/// the field.
 pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
     for_each_in(grid, grid.unknowns(d), visit);
 }

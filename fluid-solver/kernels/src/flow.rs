@@ -3,7 +3,7 @@
 use crate::field::State;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
-use crate::halo::{fill_velocity, fill_velocity_across, fill_velocity_and_open};
+use crate::halo::{fill_velocity_across, fill_velocity_and_open};
 use crate::near_convection::NearConvection;
 use crate::scheme::Options;
 
@@ -24,11 +24,7 @@ impl<const D: usize> Flow<D> {
             return fill_divided(&self.grid, velocity);
         }
         for (d, u) in velocity.iter_mut().enumerate() {
-            if open.is_empty() {
-                fill_velocity(&self.grid, d, u);
-            } else {
-                fill_velocity_and_open(&self.grid, open, d, u);
-            }
+            fill_velocity_and_open(&self.grid, open, d, u);
         }
     }
 

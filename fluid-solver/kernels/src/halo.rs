@@ -11,7 +11,8 @@ pub fn fill_velocity<const D: usize>(grid: &Grid<D>, d: usize, u: &mut [f64]) {
     (0..D).for_each(|axis| fill_velocity_across(grid, d, axis, u));
 }
 
-/// [`fill_velocity`] on a grid with open faces: those first, so that walls complete their layers.
+/// [`fill_velocity`] on a grid with open faces, if there are any: those first, so that walls complete their
+/// layers.
 pub fn fill_velocity_and_open<const D: usize>(grid: &Grid<D>, open: &OpenFaces<D>, d: usize, u: &mut [f64]) {
     let is_open = |axis: &usize| open.faces().iter().any(|face| face.axis == *axis);
     for axis in (0..D).filter(is_open) {

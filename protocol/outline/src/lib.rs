@@ -20,19 +20,23 @@ pub enum Outline {
     },
 }
 
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// What `b` turns from `a` by, times both lengths.
+pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+/// From `b` to `a`.
+pub fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// Scalar product.
+pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-fn length(a: [f64; 2]) -> f64 {
+/// Length of a vector.
+pub fn length(a: [f64; 2]) -> f64 {
     a[0].hypot(a[1])
 }
 

@@ -1,7 +1,7 @@
 //! Collocation points of bodies that are not round: along parallels of the outline, one cell apart.
 
 use super::points::Points;
-use bedload_scene::Outline;
+use bedload_outline::{Outline, cross, dot, length as size, minus};
 use nalgebra::{Matrix4, Vector4};
 use std::f64::consts::TAU;
 
@@ -121,22 +121,6 @@ impl Points {
             *area *= terms(arm).dot(&factors);
         }
     }
-}
-
-fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-fn size(a: [f64; 2]) -> f64 {
-    a[0].hypot(a[1])
 }
 
 /// Length of a closed line, m.
