@@ -47,6 +47,7 @@ pub mod division;
 pub mod drive;
 mod engine;
 pub mod engines;
+mod factors;
 pub mod field;
 pub mod first_non_finite;
 mod flow;

@@ -1,12 +1,12 @@
 //! The step on two axes, plane (x, z) or axisymmetric (r, z): row by row, each part by itself.
 
-mod factors;
 mod momentum;
 mod project;
 mod rows;
 mod stokes;
 
 use crate::engine::Engine;
+use crate::factors::Factors;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
@@ -16,7 +16,6 @@ use crate::lanes::dispatch;
 use crate::scheme::Viscous;
 use crate::stages::{PlannedStage, PressureUpdate};
 use crate::threads::for_rows;
-use factors::Factors;
 use momentum::Momentum;
 use project::Projection;
 use rows::{DivergenceRow, FinishRow, PredictRow};
@@ -71,8 +70,8 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
         let Self { momentum, stokes, projection, rhs, .. } = self;
         let Flow { grid, options, state: State { velocity, pressure, history, .. }, near } = flow;
         let (grid, velocity, near) = (&*grid, &*velocity, near.as_deref());
+        let factors = &Factors::new(options, stage);
         for (d, (rhs, history)) in rhs.iter_mut().zip(history).enumerate() {
-            let factors = &Factors::new(options, stage, d);
             let momentum = Some(&momentum[d]).filter(|_| options.convection);
             let (stokes, force) = (&stokes[d], force.map(|force| force[d].as_slice()));
             for_rows(grid, [rhs, history], |row, [rhs, history]| {

@@ -10,8 +10,8 @@
 //! of the discrete continuity equation, a divergence-free field neither gains nor loses energy by
 //! convection, with any metric. The tests compare each term with the same written by itself.
 
-use super::factors::Factors;
 use super::project::Projection;
+use crate::factors::Factors;
 use crate::grid::Grid;
 use crate::stencil::Stencil;
 
@@ -95,6 +95,7 @@ impl Momentum {
         let [area, _, inverse] = &self.along;
         let (below, above) = (inverse[j] * area[j + 1], inverse[j] * area[j + 2]);
         let (under_weight, over_weight) = (self.stencils[1].lower[j], self.stencils[1].upper[j]);
+        let body = f.body[0];
         for i in 0..n {
             let m = mid[i];
             let east = (b[i] * m + c[i] * high[i]) * (m + high[i]);
@@ -107,7 +108,7 @@ impl Momentum {
             let gradient = slope[i] * (p_mid[i] - p_low[i]);
             let new = f.explicit * laplacian - convection;
             rhs[i] =
-                (f.old * history[i] + f.body) + (f.implicit * laplacian - f.length * gradient) + f.now * new;
+                (f.old * history[i] + body) + (f.implicit * laplacian - f.length * gradient) + f.now * new;
             history[i] = new;
         }
     }
@@ -141,6 +142,7 @@ impl Momentum {
         let (v_l, v_r) = (inverse[j] * volume[j], inverse[j] * volume[j + 1]);
         let slope = self.slope[j] * f.length;
         let (under_weight, over_weight) = (self.stencils[1].lower[j], self.stencils[1].upper[j]);
+        let body = f.body[1];
         for i in 0..n {
             let m = mid[i];
             let north = (b * m + c * over[i]) * (m + over[i]);
@@ -152,7 +154,7 @@ impl Momentum {
                 + (under_weight * (under[i] - m) + over_weight * (over[i] - m));
             let gradient = slope * (p_mid[i] - p_low[i]);
             let new = f.explicit * laplacian - convection;
-            rhs[i] = (f.old * history[i] + f.body) + (f.implicit * laplacian - gradient) + f.now * new;
+            rhs[i] = (f.old * history[i] + body) + (f.implicit * laplacian - gradient) + f.now * new;
             history[i] = new;
         }
     }

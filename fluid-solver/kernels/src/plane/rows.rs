@@ -1,9 +1,9 @@
 //! The kernels of the step on two axes, one row each.
 
-use super::factors::Factors;
 use super::momentum::Momentum;
 use super::project::Projection;
 use super::stokes::Stokes;
+use crate::factors::Factors;
 use crate::grid::Grid;
 use crate::lanes::Kernel;
 use crate::near_convection::NearConvection;

@@ -1,7 +1,7 @@
 //! The momentum equation on two axes without convection (Stokes flow), one term after the other.
 
-use super::factors::Factors;
 use super::project::Projection;
+use crate::factors::Factors;
 use crate::grid::Grid;
 use crate::stencil::Stencil;
 
@@ -33,7 +33,7 @@ impl Stokes {
         history: &mut [f64],
     ) {
         for (r, n) in rhs.iter_mut().zip(&mut *history) {
-            *r = f.old * *n + f.body;
+            *r = f.old * *n + f.body[self.d];
             *n = 0.0;
         }
         if f.implicit == 0.0 {

@@ -8,8 +8,8 @@
 //! likewise, and of v along x and z on the face above the row, along y through the centre. So each is
 //! computed once, from left to right and upwards.
 
-use super::factors::Factors;
 use super::shape::Shape;
+use crate::factors::Factors;
 use crate::vector::Real;
 use pulp::Simd;
 

@@ -14,7 +14,6 @@
 //! Threads own slabs of planes ([`slab`]) and meet where one needs what another has done; every
 //! value is computed by the same operations whatever their number.
 
-mod factors;
 mod flux;
 mod halo;
 mod momentum;
@@ -24,6 +23,7 @@ mod slab;
 mod sweep;
 
 use crate::engine::Engine;
+use crate::factors::Factors;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::ghosts::Side;
@@ -33,7 +33,6 @@ use crate::helmholtz::Unknown;
 use crate::helmholtz::space::Space;
 use crate::scheme::{Options, Viscous};
 use crate::stages::{PlannedStage, PressureUpdate};
-use factors::Factors;
 use momentum::Given;
 use shape::Shape;
 use slab::{Fields, Private};
@@ -112,21 +111,10 @@ impl<const D: usize> Engine<D> for SpaceEngine {
 
     fn predict(&mut self, flow: &mut Flow<D>, stage: &PlannedStage, force: Option<&[Vec<f64>; D]>) {
         self.shape.refresh(&flow.grid);
-        let (options, nu, length) = (&flow.options, flow.options.viscosity, stage.length());
-        let implicit = self.is_implicit();
-        let factors = Factors {
-            explicit: if implicit { 0.0 } else { nu },
-            implicit: if implicit { length * nu } else { 0.0 },
-            convection: options.convection,
-            now: stage.dt * stage.coefficients.gamma,
-            old: stage.dt * stage.coefficients.zeta,
-            keep: stage.keeps_n,
-            length,
-            body: std::array::from_fn(|d| options.body_force[d]),
-        };
+        let factors = Factors::new(&flow.options, stage);
         let force = force.map(|force| std::array::from_fn(|d| force[d].as_slice()));
         let before = stage.corrects.map_or(Before::Fill, |update| Before::Correct(update.duration));
-        let diverge = divergence_of(stage).filter(|_| !implicit);
+        let diverge = divergence_of(stage).filter(|_| !self.is_implicit());
         let given = Given { force, near: flow.near.as_deref() };
         self.sweep(&mut flow.state, |sweep, fields, privates| {
             sweep.prepare_ends(fields, privates, before);

@@ -4,9 +4,9 @@
 //! old, and is stored for its second use: along y in a row, along z in three planes ([`FluxesAcross`]). After
 //! that nothing old is needed, and the increment can go to the velocity itself.
 
-use super::factors::Factors;
 use super::flux::{self, Use, Weights};
 use super::shape::Shape;
+use crate::factors::Factors;
 use crate::lanes::{Aligned, Kernel};
 use crate::near_convection::NearConvection;
 use pulp::Simd;
@@ -278,7 +278,6 @@ impl<const D: usize> MomentumPlane<'_, D> {
             Target::Velocity => here,
             Target::Increment(rhs) => rhs,
         };
-        let body = std::array::from_fn(|d| f.length * f.body[d]);
         let x =
             [beside::<S>(&lines.x[0], wide), beside::<S>(&lines.vx[0], wide), beside::<S>(&lines.x[1], wide)];
         let across = vectors_mut::<S>(&mut fluxes.w[j * shape.row..][..wide]);
@@ -291,7 +290,7 @@ impl<const D: usize> MomentumPlane<'_, D> {
         };
         flux::gather::<S, OLD, KEEP>(
             simd,
-            Use { now: f.now, old: f.old, body },
+            Use { now: f.now, old: f.old, body: f.body },
             fluxes,
             out.each_mut().map(|u| &mut u[at..][..n]),
             history.each_mut().map(|x| &mut x[at..][..n]),

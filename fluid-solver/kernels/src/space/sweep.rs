@@ -1,11 +1,11 @@
 //! The sweeps over the planes, slab by slab.
 
-use super::factors::Factors;
 use super::halo::{beyond, fill_plane};
 use super::momentum::{FirstFluxes, Given, MomentumPlane, Target};
 use super::project::{AddPlane, CorrectPlane, DivergencePlane};
 use super::shape::Shape;
 use super::slab::{Fields, Private, Slab, planes};
+use crate::factors::Factors;
 use crate::ghosts::{Side, Wanted};
 use crate::helmholtz::space::Space;
 use crate::lanes::dispatch;
