@@ -1,6 +1,6 @@
 //! What the method of a scene keeps in memory.
 
-use super::calibrated::advection::{self, Transport};
+use super::calibrated::advection;
 use super::calibrated::calibration::ForceTransport;
 use super::method::Method;
 use crate::config::Choices;
@@ -12,8 +12,8 @@ use protocol::scheme::Scheme;
 pub struct Needs {
     /// Whether there is a force that is carried from step to step, a field for each component.
     pub force: bool,
-    /// When that force goes with the grains.
-    pub transport: Option<Transport>,
+    /// How that force goes with the grains, where it does.
+    pub transport: Option<ForceTransport>,
     /// Whether viscosity feels the change of that force in the same step.
     pub local_solve: bool,
     /// Whether the mask ratios of the grains are kept until the grains move.
@@ -39,7 +39,7 @@ impl Needs {
             force: grains && choices.method != Method::Izard2014,
             transport,
             local_solve: transport.is_some()
-                && choices.calibration.sweeps != Some(0)
+                && !choices.calibration.without_local_solve
                 && (choices.calibration.force_transport == ForceTransport::Advected
                     || advection::has_pores(scene)),
             mask_ratios: choices.method != Method::FictitiousDomain && (transport.is_some() || fixed),

@@ -82,8 +82,6 @@ pub struct Brinkman<const D: usize> {
     /// Largest Σ (lower + upper) of all cells, 1/m².
     steepest: f64,
     ghosts: Ghosts,
-    /// Sweeps asked for; none: as many as ν dt/Δx² needs.
-    asked: Option<u32>,
     /// Groups of eight cells where y may differ from zero, and those beside: a bit each, row by row.
     near: [Vec<u64>; 2],
     /// Room for as many, and for a row of them.
@@ -119,8 +117,8 @@ struct Beside {
 }
 
 impl<const D: usize> Brinkman<D> {
-    /// For a grid; `asked`: sweeps, if the scene says how many.
-    pub fn new(grid: &Grid<D>, asked: Option<u32>) -> Self {
+    /// For a grid.
+    pub fn new(grid: &Grid<D>) -> Self {
         let stencils: [[Stencil; D]; D] =
             std::array::from_fn(|d| std::array::from_fn(|a| at_walls(grid, d, a)));
         let most = |s: &Stencil| s.lower.iter().zip(&s.upper).fold(0.0, |m: f64, (l, u)| m.max(l + u));
@@ -130,7 +128,6 @@ impl<const D: usize> Brinkman<D> {
             stencils,
             steepest,
             ghosts: Ghosts::new(grid),
-            asked,
             row: vec![0; words(grid)],
             near: [bits.clone(), bits.clone()],
             spare: bits,
@@ -150,7 +147,7 @@ impl<const D: usize> Brinkman<D> {
     ) {
         let half = 0.5 * model.viscosity * model.dt;
         let radius = half * self.steepest / (1.0 + half * self.steepest);
-        let sweeps = self.asked.unwrap_or_else(|| sweeps(radius));
+        let sweeps = sweeps(radius);
         if half == 0.0 {
             return;
         }

@@ -21,30 +21,15 @@ const FULL: f64 = 0.05;
 /// velocity. Below, where convection is strong, the force in place errs less.
 const LAG_ALONE: f64 = 0.3;
 
-/// When the carried force goes with the grains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transport {
-    /// In every step.
-    Always,
-    /// In steps in which it would lag.
-    WhereItLags,
-}
-
-/// When the carried force goes with the grains of a scene, where one of them moves. A repeated window needs
-/// the force where the window began: there, never.
+/// How the carried force goes with the grains of a scene, where one of them moves and it does not stay in its
+/// cells. A repeated window needs the force where the window began: there it stays.
 pub(crate) fn transport(
     scene: &CheckedScene,
     calibration: &Calibration,
     scheme: Scheme,
-) -> Option<Transport> {
-    if moving(scene) == 0 || scheme == Scheme::Iterated {
-        return None;
-    }
-    match calibration.force_transport {
-        ForceTransport::Advected => Some(Transport::Always),
-        ForceTransport::Auto => Some(Transport::WhereItLags),
-        ForceTransport::Eulerian => None,
-    }
+) -> Option<ForceTransport> {
+    let stays = moving(scene) == 0 || scheme == Scheme::Iterated;
+    Some(calibration.force_transport).filter(|transport| !stays && *transport != ForceTransport::Eulerian)
 }
 
 /// Whether grains form pores, where viscosity must feel a change of the force in the same step: discs of the
@@ -87,7 +72,8 @@ fn longest_local_step(scene: &CheckedScene, medium: &Medium) -> f64 {
 
 /// Transport of the force, and the local solve.
 pub(super) struct Advection<const D: usize> {
-    transport: Transport,
+    /// Whether the force is taken along in every step.
+    always: bool,
     /// Lag from which on the force is taken along.
     least: f64,
     /// Mask b of the grains where the force is.
@@ -100,23 +86,21 @@ pub(super) struct Advection<const D: usize> {
 }
 
 impl<const D: usize> Advection<D> {
-    /// `sweeps`: those of the local solve, where there is one.
+    /// `local_solve`: whether there is one.
     pub(super) fn new(
         scene: &CheckedScene,
         medium: &Medium,
-        transport: Transport,
-        sweeps: Option<Option<u32>>,
+        transport: ForceTransport,
+        local_solve: bool,
         grid: &Grid<D>,
     ) -> Self {
+        let always = transport == ForceTransport::Advected;
         Self {
-            transport,
+            always,
             least: if has_pores(scene) { LAG[0] } else { LAG_ALONE },
             masks: grid.new_vector(),
-            local_solve: sweeps.map(|sweeps| Brinkman::new(grid, sweeps)),
-            longest: match transport {
-                Transport::Always => f64::INFINITY,
-                Transport::WhereItLags => longest_local_step(scene, medium),
-            },
+            local_solve: local_solve.then(|| Brinkman::new(grid)),
+            longest: if always { f64::INFINITY } else { longest_local_step(scene, medium) },
             lag: 0.0,
         }
     }
@@ -124,10 +108,8 @@ impl<const D: usize> Advection<D> {
     /// Takes the force to where the grains will be, if it would lag.
     pub(super) fn move_force(&mut self, grid: &Grid<D>, grains: &mut Grains<D>, room: &mut Vec<f64>) {
         let Grains { immersed, model, memory, predicted, force, .. } = grains;
-        self.lag = match self.transport {
-            Transport::Always => f64::INFINITY,
-            Transport::WhereItLags => lag(grid, model, immersed.shapes(), &memory.motions),
-        };
+        self.lag =
+            if self.always { f64::INFINITY } else { lag(grid, model, immersed.shapes(), &memory.motions) };
         if self.lag >= self.least {
             let fields = [force, &mut self.masks];
             immersed.advect_force(grid, model, [&memory.motions, predicted], fields, room);

@@ -6,11 +6,10 @@
 pub struct Calibration {
     /// When the carried force goes with the grains.
     pub force_transport: ForceTransport,
-    /// Radius of the masks.
-    pub mask_radius: MaskRadius,
-    /// Sweeps of the local solve that lets viscosity feel a change of the force in its own step: as many as ν
-    /// dt/Δx² needs by default, 0: no local solve.
-    pub sweeps: Option<u32>,
+    /// Whether the radius of the masks is that of the grains everywhere.
+    pub nominal_radius: bool,
+    /// Whether viscosity does not feel a change of the force in its own step.
+    pub without_local_solve: bool,
     /// Whether convection near grains is that of the rest of the fluid ([`crate::near_convection`]).
     pub plain_convection: bool,
     /// Whether the loads have no virtual mass.
@@ -30,16 +29,4 @@ pub enum ForceTransport {
     Eulerian,
     /// It moves with the grains in every step.
     Advected,
-}
-
-/// Radius of the masks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MaskRadius {
-    /// Corrected where the correction was measured.
-    #[default]
-    Auto,
-    /// The grain's.
-    Nominal,
-    /// Larger by what curved profiles and pores ask for.
-    Corrected,
 }

@@ -38,7 +38,6 @@ use crate::scene_grains;
 use crate::step::Stepper;
 use advection::Advection;
 use bedload_scene::{CheckedScene, Geometry, Medium, Total};
-use calibration::{Calibration, MaskRadius};
 use contact::Contact;
 use iterations::Iterations;
 use protocol::message::Loads;
@@ -83,15 +82,17 @@ impl<const D: usize> Calibrated<D> {
         loads: GrainLoads,
     ) -> Self {
         let shapes = grains.immersed.shapes();
-        let corrects = !shapes.is_empty() && corrects_radius(scene, &choices.calibration);
+        // The radius that the flow feels, where the correction was measured: off an axis of symmetry.
+        let corrects = !shapes.is_empty()
+            && !choices.calibration.nominal_radius
+            && scene.scene.domain.geometry != Geometry::Axisymmetric;
         let gyration = shapes.iter().map(|shape| shape.gyration).collect();
         let mut method = Self {
             loads,
             pores: corrects.then(|| Pores::new(grid, shapes)),
-            advection: needs.transport.map(|transport| {
-                let sweeps = needs.local_solve.then_some(choices.calibration.sweeps);
-                Advection::new(scene, medium, transport, sweeps, grid)
-            }),
+            advection: needs
+                .transport
+                .map(|transport| Advection::new(scene, medium, transport, needs.local_solve, grid)),
             refines: needs.near_convection,
             iterations: (scheme == Scheme::Iterated).then(|| Box::new(Iterations::new(gyration))),
             contact: needs.jumps.then(|| {
@@ -129,16 +130,6 @@ pub(crate) fn room(needs: &Needs, axes: usize) -> usize {
     let transport = usize::from(needs.transport.is_some());
     let solve = if needs.local_solve { FIELDS } else { 0 };
     transport.max(solve).max(if needs.jumps { axes } else { 0 })
-}
-
-/// Whether masks have the radius that the flow feels: where the correction was measured, off an axis of
-/// symmetry.
-fn corrects_radius(scene: &CheckedScene, calibration: &Calibration) -> bool {
-    match calibration.mask_radius {
-        MaskRadius::Auto => scene.scene.domain.geometry != Geometry::Axisymmetric,
-        MaskRadius::Nominal => false,
-        MaskRadius::Corrected => true,
-    }
 }
 
 impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {

@@ -3,7 +3,7 @@
 use crate::immersed::newton::Run;
 use crate::immersed::restart::ADVECTED;
 use fluid_solver::measure::momentum;
-use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport, MaskRadius};
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport};
 use std::f64::consts::PI;
 
 /// Cubes of `cells`³ cells and length 1, each with a sphere of density 8 in a fluid of density 1 that starts
@@ -175,7 +175,7 @@ fn without_them_dense_arrays_let_through_much_more() {
         place: PLACES[0],
         calibration,
     };
-    let plain = array(Calibration { mask_radius: MaskRadius::Nominal, ..EULERIAN }).error();
+    let plain = array(Calibration { nominal_radius: true, ..EULERIAN }).error();
     let radius = array(EULERIAN).error();
     let unfelt = array(ADVECTED).error();
     println!("flow too large by {plain:.3}; with the radius {radius:.3}, and advected {unfelt:.3}");

@@ -34,7 +34,7 @@ fn run(faces: &str, force_transport: ForceTransport, grains: &[Placed]) -> Run {
     }
     let calibration = Calibration {
         force_transport,
-        sweeps: Some(0).filter(|_| force_transport == ForceTransport::Advected),
+        without_local_solve: force_transport == ForceTransport::Advected,
         without_virtual_mass: true,
         ..Calibration::default()
     };

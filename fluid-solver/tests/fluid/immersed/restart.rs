@@ -1,7 +1,7 @@
 //! Same bits after a restore, after a checkpoint, and for any number of threads.
 
 use crate::immersed::newton::{Run, scene};
-use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport, MaskRadius};
+use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport};
 use fluid_solver::participant::Fluid;
 use protocol::message::Record;
 use protocol::participant::Participant;
@@ -35,15 +35,15 @@ fn fluid(keys: &str) -> String {
 
 /// The force goes with the grains in every step, and viscosity does not feel its change.
 pub(crate) const ADVECTED: Calibration =
-    Calibration { force_transport: ForceTransport::Advected, sweeps: Some(0), ..AUTO };
+    Calibration { force_transport: ForceTransport::Advected, without_local_solve: true, ..AUTO };
 
 /// It does.
-const TOLD: Calibration = Calibration { sweeps: None, ..ADVECTED };
+const TOLD: Calibration = Calibration { without_local_solve: false, ..ADVECTED };
 
 const AUTO: Calibration = Calibration {
     force_transport: ForceTransport::Auto,
-    mask_radius: MaskRadius::Auto,
-    sweeps: None,
+    nominal_radius: false,
+    without_local_solve: false,
     plain_convection: false,
     without_virtual_mass: false,
     without_displaced_mass: false,
@@ -55,7 +55,7 @@ const FORMS: [(&str, Calibration); 7] = [
     ("method = \"izard-2014\"", AUTO),
     ("", ADVECTED),
     ("", TOLD),
-    ("", Calibration { mask_radius: MaskRadius::Corrected, ..AUTO }),
+    ("", Calibration { nominal_radius: true, ..AUTO }),
     ("method = \"fictitious-domain\"", AUTO),
 ];
 
