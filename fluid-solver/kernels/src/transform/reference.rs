@@ -67,18 +67,20 @@ impl Reference {
         scratch
     }
 
-    /// Reads and transforms.
-    pub(super) fn load(&self, inverse: bool, rows: Rows<'_>, scratch: &mut Scratch) {
-        let mut data = std::mem::take(&mut scratch.data);
-        for (j, row) in data.iter_mut().enumerate() {
+    /// Reads and transforms, line by line.
+    pub(super) fn load(&self, inverse: bool, rows: Rows<'_>, s: &mut Scratch) {
+        for (j, row) in s.data.iter_mut().enumerate() {
             row.copy_from_slice(rows.row(j));
         }
-        if inverse {
-            self.inverse(&mut data, scratch);
-        } else {
-            self.forward(&mut data, scratch);
+        for lane in 0..8 {
+            for (x, row) in s.line.iter_mut().zip(&s.data) {
+                *x = row[lane];
+            }
+            self.transform(inverse, s);
+            for (x, row) in s.line.iter().zip(&mut s.data) {
+                row[lane] = *x;
+            }
         }
-        scratch.data = data;
     }
 
     /// Writes the result.
@@ -88,56 +90,23 @@ impl Reference {
         }
     }
 
-    /// Values to amplitudes.
-    fn forward(&self, data: &mut [Lanes], scratch: &mut Scratch) {
-        self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
-            (Plan::Fourier(plan, _), _) => to_halfcomplex(plan.as_ref(), s),
-            (Plan::Two(plan), Kind::EvenEven) => {
-                plan.process_dct2_with_scratch(&mut s.line, &mut s.real);
-            }
-            (Plan::Two(plan), _) => plan.process_dst2_with_scratch(&mut s.line, &mut s.real),
-            _ => self.self_inverse(s),
-        });
-    }
-
-    /// Amplitudes to values.
-    fn inverse(&self, data: &mut [Lanes], scratch: &mut Scratch) {
-        self.each_line(data, scratch, |s| match (&self.plan, self.kind) {
-            (Plan::Fourier(_, plan), _) => from_halfcomplex(plan.as_ref(), s),
-            (Plan::Two(plan), Kind::EvenEven) => {
-                plan.process_dct3_with_scratch(&mut s.line, &mut s.real);
-            }
-            (Plan::Two(plan), _) => plan.process_dst3_with_scratch(&mut s.line, &mut s.real),
-            _ => self.self_inverse(s),
-        });
-    }
-
-    /// The kinds that are their own inverse.
-    fn self_inverse(&self, s: &mut Scratch) {
+    /// Values of a line to amplitudes, or back.
+    fn transform(&self, inverse: bool, s: &mut Scratch) {
+        let (line, room) = (&mut s.line[..], &mut s.real[..]);
         match (&self.plan, self.kind) {
-            (Plan::Four(plan), Kind::EvenOdd) => {
-                plan.process_dct4_with_scratch(&mut s.line, &mut s.real);
-            }
-            (Plan::Four(plan), _) => plan.process_dst4_with_scratch(&mut s.line, &mut s.real),
+            (Plan::Fourier(_, plan), _) if inverse => from_halfcomplex(plan.as_ref(), s),
+            (Plan::Fourier(plan, _), _) => to_halfcomplex(plan.as_ref(), s),
+            (Plan::Two(plan), Kind::EvenEven) if inverse => plan.process_dct3_with_scratch(line, room),
+            (Plan::Two(plan), Kind::EvenEven) => plan.process_dct2_with_scratch(line, room),
+            (Plan::Two(plan), _) if inverse => plan.process_dst3_with_scratch(line, room),
+            (Plan::Two(plan), _) => plan.process_dst2_with_scratch(line, room),
+            (Plan::Four(plan), Kind::EvenOdd) => plan.process_dct4_with_scratch(line, room),
+            (Plan::Four(plan), _) => plan.process_dst4_with_scratch(line, room),
             (Plan::SineOne(plan), _) => {
                 // rustdct 0.7.1 takes places 0 and n of its odd continuation from the scratch
                 // memory without setting them: they have to be zero.
-                s.real.fill(0.0);
-                plan.process_dst1_with_scratch(&mut s.line, &mut s.real);
-            }
-            _ => unreachable!("Fourier and type-II plans are handled by their callers"),
-        }
-    }
-
-    /// Takes each of the eight lines through `process`.
-    fn each_line(&self, data: &mut [Lanes], s: &mut Scratch, process: impl Fn(&mut Scratch)) {
-        for lane in 0..8 {
-            for (x, row) in s.line.iter_mut().zip(&data[..self.values]) {
-                *x = row[lane];
-            }
-            process(s);
-            for (x, row) in s.line.iter().zip(&mut data[..self.values]) {
-                row[lane] = *x;
+                room.fill(0.0);
+                plan.process_dst1_with_scratch(line, room);
             }
         }
     }
