@@ -1,7 +1,7 @@
 //! The ranks but the first: they do what it says, each with its planes.
 
 use crate::methods::calibrated::calibration::Calibration;
-use crate::orders::{NUMBERS, Order, heard, record};
+use crate::orders::{NUMBERS, Order, record};
 use crate::participant::Fluid;
 use crate::ranks::Ranks;
 use bedload_scene::{CheckedScene, SceneSource};
@@ -36,7 +36,6 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
                         SolverError::Failed(format!("cannot start {threads} threads: {error}"))
                     })?);
                 }
-                let window = heard(window);
                 // What went wrong the first rank knows, too.
                 let _ =
                     pool.as_ref().map(|pool| pool.install(|| fluid.advance(&window, &mut Follower(ranks))));
@@ -50,7 +49,7 @@ pub fn follow(ranks: &Ranks) -> Result<(), SolverError> {
                 let _ = fluid.read_checkpoint(&folder);
             }
             (Order::WriteFields(window), Some(fluid)) => {
-                let _ = fluid.write_fields(&heard(window));
+                let _ = fluid.write_fields(&window);
             }
             (Order::MeanVelocity(axis), Some(fluid)) => {
                 fluid.mean_velocity(axis);

@@ -18,7 +18,7 @@ pub(crate) enum Order {
     /// Build the fluid of a scene: its file, its text, the folder.
     Build(String, String, PathBuf),
     /// Do a window, with so many threads.
-    Advance(Told, usize),
+    Advance(Window, usize),
     /// [`Participant::save`].
     Save,
     /// [`Participant::restore`].
@@ -28,7 +28,7 @@ pub(crate) enum Order {
     /// [`Participant::read_checkpoint`].
     ReadCheckpoint(PathBuf),
     /// [`Participant::write_fields`].
-    WriteFields(Told),
+    WriteFields(Window),
     /// [`Fluid::mean_velocity`](crate::participant::Fluid::mean_velocity).
     MeanVelocity(usize),
     /// [`Fluid::mean_speed`](crate::participant::Fluid::mean_speed).
@@ -39,19 +39,6 @@ pub(crate) enum Order {
     Leave,
     /// The program ends.
     Quit,
-}
-
-/// A window: step, attempt, time, dt, sub-steps, output.
-pub(crate) type Told = (u64, u64, f64, f64, u64, bool);
-
-/// A window as it is told.
-pub(crate) fn told(window: &Window) -> Told {
-    (window.step, window.attempt, window.time, window.dt, window.substeps, window.output)
-}
-
-/// The window that was told.
-pub(crate) fn heard((step, attempt, time, dt, substeps, output): Told) -> Window {
-    Window { step, attempt, time, dt, substeps, output }
 }
 
 /// Tells the other ranks, if there are any and this is the first.

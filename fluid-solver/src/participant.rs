@@ -5,7 +5,7 @@ use crate::coupling;
 use crate::lines::{self, Line};
 use crate::measure::{mean_square, mean_velocity};
 use crate::methods::calibrated::calibration::Calibration;
-use crate::orders::{Leader, Order, tell, told};
+use crate::orders::{Leader, Order, tell};
 use crate::ranks::Ranks;
 use crate::solver::Solver;
 use crate::totals::Totals;
@@ -209,7 +209,7 @@ impl Participant for Fluid {
         let report = if self.ranks.is_alone() || !self.ranks.is_first() {
             any!(&mut self.solver, solver => solver.advance(window, exchange))?
         } else {
-            tell(&self.ranks, &Order::Advance(told(window), rayon::current_num_threads()))?;
+            tell(&self.ranks, &Order::Advance(*window, rayon::current_num_threads()))?;
             let exchange = &mut Leader { inner: exchange, ranks: &self.ranks };
             any!(&mut self.solver, solver => solver.advance(window, exchange))?
         };
@@ -252,7 +252,7 @@ impl Participant for Fluid {
     }
 
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
-        tell(&self.ranks, &Order::WriteFields(told(window)))?;
+        tell(&self.ranks, &Order::WriteFields(*window))?;
         any!(&mut self.solver, solver => output::write(solver, window, &self.fields))
     }
 

@@ -29,7 +29,7 @@ impl std::fmt::Display for Role {
 }
 
 /// A window of time that the coupler orders.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Window {
     /// Number, from 0.
     pub step: u64,

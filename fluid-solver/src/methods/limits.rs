@@ -39,6 +39,46 @@ pub(crate) struct Limits {
     pub(crate) bodies: Option<Row>,
 }
 
+/// Of the calibrated method with one exchange per window.
+pub(super) const ONCE: Limits = Limits {
+    alone: [
+        // Mapped down to 0.01. A run whose sphere is let go in windows of ν dt/D² = 0.8 ends as unstable in
+        // the first at 0.1, not at 0.3.
+        ([0.01, 0.01, 0.01, 0.01, 0.3], "docs/maps/light-axisymmetric.csv"),
+        ([0.01, 0.01, 0.01, 0.01, 0.3], "docs/maps/light-space.csv"),
+        // A disc that turns; one that does not is stable from 0.01 on (light-plane).
+        ([0.01, 0.01, 0.3, 0.3, 0.8], "docs/maps/light-rotation.csv"),
+    ],
+    // Discs; what moves together drags more fluid along than C_v knows of.
+    together: Some(([0.01, 0.01, 0.3, 0.3, 0.8], "docs/maps/light-bed.csv")),
+    at_walls: None,
+    bodies: Some(([0.1, 0.01, 0.01, 0.01, 0.01], "docs/maps/bodies.csv")),
+};
+
+/// Where windows are repeated.
+pub(super) const REPEATED: Limits = Limits {
+    alone: [
+        ([0.01; 5], "docs/maps/schemes-axisymmetric.csv"),
+        ([0.01; 5], "docs/maps/schemes-space.csv"),
+        ([0.1, 0.01, 0.01, 0.01, 0.01], "docs/maps/schemes-plane.csv"),
+    ],
+    together: None,
+    at_walls: None,
+    bodies: None,
+};
+
+/// Of the fictitious-domain method, alone.
+const DISC: Row = ([0.1, 0.3, 0.3, 0.8, 0.8], "docs/maps/fictitious-domain.csv");
+
+/// Of the fictitious-domain method: discs with C_v = ½, along a wall with the virtual mass by the gap;
+/// rectangles of 2:1 and 4:1, D being that of the disc of the same area.
+pub(super) const FICTITIOUS: Limits = Limits {
+    alone: [DISC; 3],
+    together: Some(([0.1, 0.5, 0.1, 0.5, 0.8], "docs/maps/fictitious-domain-bed.csv")),
+    at_walls: Some(([0.01, 0.3, 0.8, 1.001, 1.5], "docs/maps/light-wall.csv")),
+    bodies: Some(([0.8; 5], "docs/maps/bodies.csv")),
+};
+
 /// One interval of ν dt/D²: its end, limit and source.
 type Piece = (f64, f64, &'static str);
 

@@ -79,9 +79,18 @@ pub(crate) fn bounds(
 ) -> Vec<SolverBound> {
     let viscous = medium.kinematic_viscosity() / spacing.powi(2);
     let mut bounds = match method {
-        Method::Calibrated => calibrated::limits::bounds(scene, medium, iterations),
+        Method::Calibrated => {
+            // Where most windows are not repeated the limit is that of such windows.
+            let repeated = if iterations.repeat_above == 0.0 { &limits::REPEATED } else { &limits::ONCE };
+            let remedy = "use coupling.scheme = \"iterated\", heavier grains, or a smaller dt";
+            limits::density_ratio(scene, medium, &limits::ONCE, Some(repeated), remedy)
+        }
         Method::Izard2014 => izard2014::bounds(scene, medium, viscous),
-        Method::FictitiousDomain => fictitious::limits::bounds(scene, medium),
+        Method::FictitiousDomain => {
+            let remedy = "use fluid.method = \"calibrated\", which can repeat windows, heavier grains, or a \
+                          smaller dt";
+            limits::density_ratio(scene, medium, &limits::FICTITIOUS, None, remedy)
+        }
     };
     if method != Method::Izard2014 {
         bounds.extend(limits::dense_bed(scene, viscous));

@@ -18,7 +18,6 @@ pub mod advection;
 pub mod calibration;
 pub mod contact;
 pub mod iterations;
-pub(super) mod limits;
 mod touch;
 mod wall_impulse;
 

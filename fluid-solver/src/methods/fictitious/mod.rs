@@ -7,7 +7,6 @@
 //! displaced mass is left over.
 
 pub mod body_points;
-pub(super) mod limits;
 mod outlines;
 mod points;
 mod stencil;
