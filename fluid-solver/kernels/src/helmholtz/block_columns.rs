@@ -5,7 +5,7 @@
 //! ranks), solve the reduced systems there, send back what stands beside each block, eliminate again and
 //! substitute: doing it twice costs less than keeping what the first pass leaves.
 
-use super::block_sweep::{Beside, Edge, EliminateBlock, GROUP, Group, Row, SubstituteBlock};
+use super::block_sweep::{BLOCK, Beside, Edge, Eliminate, GROUP, Group, Row, Substitute};
 use super::reduced::{Between, Reduce};
 use crate::division::Division;
 use crate::lanes::dispatch;
@@ -28,7 +28,7 @@ pub(super) struct BlockColumns {
 /// Working memory of one thread.
 #[derive(Default)]
 pub(super) struct Memory {
-    rows: Vec<Row>,
+    rows: Vec<Row<BLOCK>>,
     edges: Vec<Edge>,
     between: Vec<Between>,
     beside: Vec<Beside>,
@@ -108,7 +108,7 @@ impl BlockColumns {
     pub(super) fn memory(&self) -> Memory {
         let count = self.blocks.len();
         Memory {
-            rows: vec![[[[0.0; 8]; GROUP / 8]; 3]; self.own_unknowns().len()],
+            rows: vec![[[[0.0; 8]; GROUP / 8]; BLOCK]; self.own_unknowns().len()],
             edges: vec![[[0.0; GROUP]; 6]; count],
             between: vec![[[0.0; GROUP]; 6]; count - 1],
             beside: vec![[[0.0; GROUP]; 2]; count],
@@ -117,29 +117,41 @@ impl BlockColumns {
     }
 
     /// Eliminates the own blocks of a group; `planes` are the own ones.
-    fn eliminate(&self, modes: &Modes<'_>, planes: &[&mut [f64]], rows: &mut [Row], edges: &mut [Edge]) {
+    fn eliminate(
+        &self,
+        modes: &Modes<'_>,
+        planes: &[&mut [f64]],
+        rows: &mut [Row<BLOCK>],
+        edges: &mut [Edge],
+    ) {
         let Modes { operator, scale, lambda, .. } = *modes;
         let start = self.own_unknowns().start;
         for (block, edge) in self.blocks[self.own()].iter().zip(edges) {
             let here = block.start - start..block.end - start;
-            dispatch(EliminateBlock {
+            dispatch(Eliminate {
                 group: Group { sweep: &self.sweep, operator, scale, lambda },
                 block: block.clone(),
                 at: modes.at.clone(),
                 source: &planes[here.clone()],
                 rows: &mut rows[here],
-                edge,
+                edge: Some(edge),
             });
         }
     }
 
     /// Substitutes in the own blocks of a group.
-    fn substitute(&self, modes: &Modes<'_>, rows: &[Row], beside: &[Beside], planes: &mut [&mut [f64]]) {
+    fn substitute(
+        &self,
+        modes: &Modes<'_>,
+        rows: &[Row<BLOCK>],
+        beside: &[Beside],
+        planes: &mut [&mut [f64]],
+    ) {
         let start = self.own_unknowns().start;
         for (block, beside) in self.blocks[self.own()].iter().zip(beside) {
             let here = block.start - start..block.end - start;
             let (rows, target) = (&rows[here.clone()], &mut planes[here]);
-            dispatch(SubstituteBlock { rows, beside, at: modes.at.clone(), target });
+            dispatch(Substitute { rows, beside, at: modes.at.clone(), target });
         }
     }
 

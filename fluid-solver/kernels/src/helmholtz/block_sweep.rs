@@ -1,5 +1,6 @@
-//! A column cut into blocks, each swept by itself (Laszlo, Giles & Appleyard 2016; Kim et al. 2021,
-//! PaScaL_TDMA).
+//! A column whole, or cut into blocks, each swept by itself (Laszlo, Giles & Appleyard 2016; Kim et al. 2021,
+//! PaScaL_TDMA). Pivots are computed on the way: a division takes no longer than fetching the result of an
+//! earlier one from memory, and needs none.
 //!
 //! With x₋ the value below a block and x₊ the one above, elimination leaves in each of its rows
 //! ```text
@@ -10,7 +11,7 @@
 //! x_last = g + f x₋ + s x₊,    x_first = Σ w_i (g_i + f_i x₋) + w_last s_last x₊,    w_i = s_0 … s_{i−1}.
 //! ```
 //! The edges of all blocks are a small system, see [`super::reduced`]. With x₋ and x₊ known a second pass
-//! substitutes.
+//! substitutes. Of a whole column there is nothing beside, and no f.
 //!
 //! Operations and their order depend on the blocks alone, not on who does which.
 
@@ -32,8 +33,14 @@ pub(super) type Edge = [Wide; 6];
 /// x₋ and x₊.
 pub(super) type Beside = [Wide; 2];
 
-/// g, f and s of a row.
-pub(super) type Row = [[Lanes; SIDE]; 3];
+/// g, s and, of a block, f of a row.
+pub(super) type Row<const N: usize> = [[Lanes; SIDE]; N];
+
+/// Values in a row of a block.
+pub(super) const BLOCK: usize = 3;
+
+/// Values in a row of a whole column.
+pub(super) const WHOLE: usize = 2;
 
 /// What all blocks of a group share.
 #[derive(Clone, Copy)]
@@ -44,8 +51,8 @@ pub(super) struct Group<'a> {
     pub(super) lambda: &'a Wide,
 }
 
-/// The first pass over a block.
-pub(super) struct EliminateBlock<'a, 'b> {
+/// The first pass over a block, straight from the planes.
+pub(super) struct Eliminate<'a, 'b, const N: usize> {
     pub(super) group: Group<'a>,
     /// Unknowns of the block.
     pub(super) block: Range<usize>,
@@ -54,11 +61,12 @@ pub(super) struct EliminateBlock<'a, 'b> {
     /// The planes of the block.
     pub(super) source: &'a [&'b mut [f64]],
     /// What each row leaves.
-    pub(super) rows: &'a mut [Row],
-    pub(super) edge: &'a mut Edge,
+    pub(super) rows: &'a mut [Row<N>],
+    /// Of one of several blocks.
+    pub(super) edge: Option<&'a mut Edge>,
 }
 
-impl Kernel for EliminateBlock<'_, '_> {
+impl<const N: usize> Kernel for Eliminate<'_, '_, N> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn run<S: Simd>(self, simd: S) {
@@ -86,24 +94,26 @@ impl Kernel for EliminateBlock<'_, '_> {
             let off = simd.splat_f64s(off);
             let diagonal = simd.splat_f64s(sigma - c * sweep.diagonal[i]);
             let (lower, upper) = (simd.splat_f64s(c * sweep.lower[i]), simd.splat_f64s(c * sweep.upper[i]));
-            let [g, f, s] = &mut rows[row];
-            let g = &mut S::as_mut_simd_f64s(g.as_flattened_mut()).0[..per];
-            let f = &mut S::as_mut_simd_f64s(f.as_flattened_mut()).0[..per];
-            let s = &mut S::as_mut_simd_f64s(s.as_flattened_mut()).0[..per];
+            let values = S::as_mut_simd_f64s(rows[row].as_flattened_mut().as_flattened_mut()).0;
+            let (g, rest) = values.split_at_mut(per);
+            let (s, f) = rest.split_at_mut(per);
             for t in 0..per {
                 let d = simd.sub_f64s(diagonal, shift[t]);
                 pivot[t] = simd.div_f64s(one, simd.sub_f64s(d, simd.mul_f64s(off, pivot[t])));
                 let sum = simd.add_f64s(simd.mul_f64s(scale, right[t]), simd.mul_f64s(lower, carried[t]));
                 carried[t] = simd.mul_f64s(pivot[t], sum);
-                from[t] = simd.mul_f64s(simd.mul_f64s(lower, pivot[t]), from[t]);
-                first[t] = simd.add_f64s(first[t], simd.mul_f64s(product[t], carried[t]));
-                taken[t] = simd.add_f64s(taken[t], simd.mul_f64s(product[t], from[t]));
-                (g[t], f[t], s[t]) = (carried[t], from[t], simd.mul_f64s(upper, pivot[t]));
-                product[t] = simd.mul_f64s(product[t], s[t]);
+                (g[t], s[t]) = (carried[t], simd.mul_f64s(upper, pivot[t]));
+                if N == BLOCK {
+                    from[t] = simd.mul_f64s(simd.mul_f64s(lower, pivot[t]), from[t]);
+                    first[t] = simd.add_f64s(first[t], simd.mul_f64s(product[t], carried[t]));
+                    taken[t] = simd.add_f64s(taken[t], simd.mul_f64s(product[t], from[t]));
+                    f[t] = from[t];
+                    product[t] = simd.mul_f64s(product[t], s[t]);
+                }
             }
         }
-        let [_, _, last] = &rows[block.len() - 1];
-        edge[2].copy_from_slice(last.as_flattened());
+        let (BLOCK, Some(edge)) = (N, edge) else { return };
+        edge[2].copy_from_slice(rows[block.len() - 1][1].as_flattened());
         for (to, from) in [(0, &carried), (1, &from), (3, &first), (4, &taken), (5, &product)] {
             S::as_mut_simd_f64s(&mut edge[to]).0[..per].copy_from_slice(&from[..per]);
         }
@@ -111,14 +121,14 @@ impl Kernel for EliminateBlock<'_, '_> {
 }
 
 /// The second pass, straight into the planes.
-pub(super) struct SubstituteBlock<'a, 'b> {
-    pub(super) rows: &'a [Row],
+pub(super) struct Substitute<'a, 'b, const N: usize> {
+    pub(super) rows: &'a [Row<N>],
     pub(super) beside: &'a Beside,
     pub(super) at: Range<usize>,
     pub(super) target: &'a mut [&'b mut [f64]],
 }
 
-impl Kernel for SubstituteBlock<'_, '_> {
+impl<const N: usize> Kernel for Substitute<'_, '_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { rows, beside: [below, above], at, target } = self;
@@ -126,12 +136,11 @@ impl Kernel for SubstituteBlock<'_, '_> {
         let below = &S::as_simd_f64s(below).0[..per];
         let mut carried = [simd.splat_f64s(0.0); GROUP];
         carried[..per].copy_from_slice(&S::as_simd_f64s(above).0[..per]);
-        for ([g, f, s], target) in rows.iter().zip(target).rev() {
-            let g = &S::as_simd_f64s(g.as_flattened()).0[..per];
-            let f = &S::as_simd_f64s(f.as_flattened()).0[..per];
-            let s = &S::as_simd_f64s(s.as_flattened()).0[..per];
+        for (row, target) in rows.iter().zip(target).rev() {
+            let (g, rest) = S::as_simd_f64s(row.as_flattened().as_flattened()).0.split_at(per);
+            let (s, f) = rest.split_at(per);
             for t in 0..per {
-                let own = simd.add_f64s(g[t], simd.mul_f64s(f[t], below[t]));
+                let own = if N == BLOCK { simd.add_f64s(g[t], simd.mul_f64s(f[t], below[t])) } else { g[t] };
                 carried[t] = simd.add_f64s(own, simd.mul_f64s(s[t], carried[t]));
             }
             let out = &mut target[at.clone()];

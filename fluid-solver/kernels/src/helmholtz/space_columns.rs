@@ -1,9 +1,8 @@
 //! PlaneColumns along the last axis of a grid in space: four blocks of eight modes side by side.
-//!
-//! Pivots and inverse eigenvalues are computed on the way: a division takes no longer than fetching
-//! the result of an earlier one from memory, and needs none.
+//! Inverse eigenvalues are computed on the way, as the pivots of a sweep are.
 
 use super::block_columns::{self, BlockColumns, Modes};
+use super::block_sweep::{Eliminate, GROUP, Group, Substitute, WHOLE};
 use super::blocks::{SIDE, store};
 use super::last_axis::LastAxis;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
@@ -30,7 +29,6 @@ pub(super) struct SpaceColumns {
 #[derive(Default)]
 pub(super) struct Memory {
     columns: Vec<Lanes>,
-    pivots: Vec<Lanes>,
     scratch: Scratch,
     pub(super) blocks: block_columns::Memory,
 }
@@ -89,13 +87,11 @@ impl SpaceColumns {
         if let Some(blocks) = &self.blocks {
             return Memory { blocks: blocks.memory(), ..Memory::default() };
         }
-        let columns = || vec![ZERO; SIDE * self.len() + 1];
-        match &self.across {
-            LastAxis::Sweep(_) => Memory { columns: columns(), pivots: columns(), ..Memory::default() },
-            LastAxis::Transform(transform, _) => {
-                Memory { columns: columns(), scratch: transform.scratch(), ..Memory::default() }
-            }
-        }
+        let (each, scratch) = match &self.across {
+            LastAxis::Sweep(_) => (WHOLE, Scratch::default()),
+            LastAxis::Transform(transform, _) => (1, transform.scratch()),
+        };
+        Memory { columns: vec![ZERO; each * SIDE * self.len() + 1], scratch, ..Memory::default() }
     }
 
     /// Solves `(σ − c (L + λ)) x = b` in place.
@@ -139,29 +135,17 @@ impl SpaceColumns {
             }
             return;
         }
-        let columns = &mut aligned(&mut memory.columns)[..SIDE * n];
+        let columns = aligned(&mut memory.columns);
         match &self.across {
             LastAxis::Sweep(sweep) => {
-                let groups = columns.as_chunks_mut::<SIDE>().0;
-                let pivots = aligned(&mut memory.pivots)[..SIDE * n].as_chunks_mut::<SIDE>().0;
-                let scale = self.scale;
-                let (lambda, at, source) = (&lambda, at.clone(), &*planes);
-                dispatch(Eliminate {
-                    sweep,
-                    operator,
-                    scale,
-                    lambda,
-                    at: at.clone(),
-                    source,
-                    pivots,
-                    columns: groups,
-                });
-                if singular {
-                    groups[n - 1][0][0] = 0.0;
-                    pivots[n - 1][0][0] = 0.0;
-                }
+                let rows = columns.as_chunks_mut::<SIDE>().0.as_chunks_mut::<WHOLE>().0;
+                let group = Group { sweep, operator, scale: self.scale, lambda: &lambda };
                 let first = at.start;
-                dispatch(Substitute { sweep, c: operator[1], pivots, columns: groups, at, target: planes });
+                dispatch(Eliminate { group, block: 0..n, at: at.clone(), source: planes, rows, edge: None });
+                if singular {
+                    rows[n - 1].iter_mut().for_each(|values| values[0][0] = 0.0);
+                }
+                dispatch(Substitute { rows, beside: &[[0.0; GROUP]; 2], at, target: planes });
                 if singular {
                     remove_mean(sweep, planes, first);
                 }
@@ -197,102 +181,6 @@ pub(super) fn mean<'a>(sweep: &Sweep, values: impl Iterator<Item = &'a f64>) -> 
     let total: f64 = sweep.volume.iter().sum();
     let sum: f64 = values.zip(&sweep.volume).map(|(x, v)| x * v).sum();
     sum / total
-}
-
-/// Pivots and elimination, straight from the planes: the next ones arrive while this one is divided.
-struct Eliminate<'a, 'b> {
-    sweep: &'a Sweep,
-    operator: [f64; 2],
-    scale: f64,
-    lambda: &'a [f64; 8 * SIDE],
-    /// Where the group stands in each plane.
-    at: Range<usize>,
-    source: &'a [&'b mut [f64]],
-    pivots: &'a mut [[Lanes; SIDE]],
-    columns: &'a mut [[Lanes; SIDE]],
-}
-
-impl Kernel for Eliminate<'_, '_> {
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { sweep, operator: [sigma, c], scale, lambda, at, source, pivots, columns } = self;
-        let per = 8 * SIDE / S::F64_LANES;
-        let n = columns.len();
-        let (lower, upper, diagonal) = (&sweep.lower[..n], &sweep.upper[..n], &sweep.diagonal[..n]);
-        let zero = simd.splat_f64s(0.0);
-        let one = simd.splat_f64s(1.0);
-        let (weight, scale) = (simd.splat_f64s(c), simd.splat_f64s(scale));
-        let mut shift = [zero; 8 * SIDE];
-        for (to, lambda) in shift.iter_mut().zip(S::as_simd_f64s(lambda).0) {
-            *to = simd.mul_f64s(weight, *lambda);
-        }
-        let (mut pivot, mut carried) = ([zero; 8 * SIDE], [zero; 8 * SIDE]);
-        let mut short = [0.0; 8 * SIDE];
-        for i in 0..n {
-            let mut right = &source[i][at.clone()];
-            if right.len() < 8 * SIDE {
-                short[..right.len()].copy_from_slice(right);
-                right = &short;
-            }
-            let right = &S::as_simd_f64s(right).0[..per];
-            // Eliminated product of the off-diagonals, (−c l_i)(−c u_{i−1}).
-            let off = if i == 0 { 0.0 } else { c * c * lower[i] * upper[i - 1] };
-            let off = simd.splat_f64s(off);
-            let diagonal = simd.splat_f64s(sigma - c * diagonal[i]);
-            let lower = simd.splat_f64s(c * lower[i]);
-            let x = &mut S::as_mut_simd_f64s(columns[i].as_flattened_mut()).0[..per];
-            let kept = &mut S::as_mut_simd_f64s(pivots[i].as_flattened_mut()).0[..per];
-            for t in 0..per {
-                let d = simd.sub_f64s(diagonal, shift[t]);
-                let d = simd.sub_f64s(d, simd.mul_f64s(off, pivot[t]));
-                pivot[t] = simd.div_f64s(one, d);
-                kept[t] = pivot[t];
-                let sum = simd.add_f64s(simd.mul_f64s(scale, right[t]), simd.mul_f64s(lower, carried[t]));
-                carried[t] = simd.mul_f64s(pivot[t], sum);
-                x[t] = carried[t];
-            }
-        }
-    }
-}
-
-/// Substitution, straight into the planes.
-struct Substitute<'a, 'b> {
-    sweep: &'a Sweep,
-    c: f64,
-    pivots: &'a [[Lanes; SIDE]],
-    columns: &'a [[Lanes; SIDE]],
-    /// Where the group stands in each plane.
-    at: Range<usize>,
-    target: &'a mut [&'b mut [f64]],
-}
-
-impl Kernel for Substitute<'_, '_> {
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { sweep, c, pivots, columns, at, target } = self;
-        let per = 8 * SIDE / S::F64_LANES;
-        let n = columns.len();
-        let mut carried = [simd.splat_f64s(0.0); 8 * SIDE];
-        for i in (0..n).rev() {
-            let upper = simd.splat_f64s(c * sweep.upper[i]);
-            let x = &S::as_simd_f64s(columns[i].as_flattened()).0[..per];
-            let pivot = &S::as_simd_f64s(pivots[i].as_flattened()).0[..per];
-            for t in 0..per {
-                let share = simd.mul_f64s(upper, pivot[t]);
-                carried[t] = simd.add_f64s(x[t], simd.mul_f64s(share, carried[t]));
-            }
-            let out = &mut target[i][at.clone()];
-            if let Some(whole) = out.first_chunk_mut::<{ 8 * SIDE }>() {
-                S::as_mut_simd_f64s(whole).0[..per].copy_from_slice(&carried[..per]);
-            } else {
-                let mut whole = [0.0; 8 * SIDE];
-                S::as_mut_simd_f64s(&mut whole).0[..per].copy_from_slice(&carried[..per]);
-                out.copy_from_slice(&whole[..out.len()]);
-            }
-        }
-    }
 }
 
 /// Columns from the planes, block by block; each plane is visited once.
