@@ -1,7 +1,7 @@
 //! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
 
 use super::last_axis::LastAxis;
-use super::tiles::{Eliminate, Gather, Scatter, Substitute, Tiles};
+use super::tiles::{Eliminate, Gather, Scatter, Substitute, Tiles, remove_mean};
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::threads::for_chunks;
 use crate::transform::Scratch;
@@ -115,7 +115,7 @@ impl PlaneColumns {
         let scale = self.scale;
         let pair = q + 1 < self.count();
         match &self.across {
-            LastAxis::Sweep(sweep) if !self.singular(q, at) => {
+            LastAxis::Sweep(sweep) => {
                 if pair {
                     let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
                     dispatch(Eliminate { sweep, c, scale, pivots, lines, tiles, columns: [a, b] });
@@ -124,10 +124,17 @@ impl PlaneColumns {
                     dispatch(Eliminate { sweep, c, scale, pivots, lines, tiles, columns: [a] });
                 }
             }
-            _ => {
+            LastAxis::Transform(transform, _) => {
                 for (k, column) in [a, b].into_iter().enumerate().take(1 + usize::from(pair)) {
                     dispatch(Gather { lines, tiles: tiles[k], column: &mut *column });
-                    self.solve(q + k, at, &mut column[..self.len()], scratch);
+                    let x = &mut column[..self.len()];
+                    transform.forward(x, scratch);
+                    for (x, value) in x.iter_mut().zip(self.pivots(q + k, at)) {
+                        for l in 0..8 {
+                            x[l] *= value[l];
+                        }
+                    }
+                    transform.inverse(x, scratch);
                 }
             }
         }
@@ -146,19 +153,22 @@ impl PlaneColumns {
         let n = self.len().next_multiple_of(8);
         let (a, b) = columns[..2 * n].split_at(n);
         let tiles = places.map(|first| Tiles { first, apart });
-        let c = self.factors[at].operator[1];
+        let ([first, _], c) = (tiles, self.factors[at].operator[1]);
         let pair = q + 1 < self.count();
         match &self.across {
-            LastAxis::Sweep(sweep) if !self.singular(q, at) => {
+            LastAxis::Sweep(sweep) => {
                 if pair {
                     let pivots = [self.pivots(q, at), self.pivots(q + 1, at)];
-                    dispatch(Substitute { sweep, c, pivots, columns: [a, b], lines, tiles });
+                    dispatch(Substitute { sweep, c, pivots, columns: [a, b], lines: &mut *lines, tiles });
                 } else {
                     let (pivots, tiles) = ([self.pivots(q, at)], [tiles[0]]);
-                    dispatch(Substitute { sweep, c, pivots, columns: [a], lines, tiles });
+                    dispatch(Substitute { sweep, c, pivots, columns: [a], lines: &mut *lines, tiles });
+                }
+                if self.singular(q, at) {
+                    remove_mean(sweep, lines, first);
                 }
             }
-            _ => {
+            LastAxis::Transform(..) => {
                 for (k, column) in [a, b].into_iter().enumerate().take(1 + usize::from(pair)) {
                     dispatch(Scatter { column, lines: &mut *lines, tiles: tiles[k] });
                 }
@@ -171,32 +181,9 @@ impl PlaneColumns {
         q == 0 && self.factors[at].operator[0] == 0.0 && self.lambda[0][0] == 0.0
     }
 
-    /// Pivots of column `q`.
+    /// Pivots, or inverse eigenvalues, of column `q`.
     fn pivots(&self, q: usize, at: usize) -> &[Lanes] {
         &self.factors[at].values[q * self.len()..(q + 1) * self.len()]
-    }
-
-    /// Solves column `q` in place with the pivots `at` from [`Self::prepare`].
-    pub(super) fn solve(&self, q: usize, at: usize, x: &mut [Lanes], scratch: &mut Scratch) {
-        let c = self.factors[at].operator[1];
-        let values = self.pivots(q, at);
-        match &self.across {
-            LastAxis::Sweep(sweep) => {
-                sweep.solve(c, self.scale, values, x);
-                if self.singular(q, at) {
-                    sweep.remove_mean(0, x);
-                }
-            }
-            LastAxis::Transform(transform, _) => {
-                transform.forward(x, scratch);
-                for (x, value) in x.iter_mut().zip(values) {
-                    for l in 0..8 {
-                        x[l] *= value[l];
-                    }
-                }
-                transform.inverse(x, scratch);
-            }
-        }
     }
 }
 

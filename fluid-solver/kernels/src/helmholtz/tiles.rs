@@ -74,8 +74,8 @@ impl Kernel for Scatter<'_> {
     }
 }
 
-/// Elimination, the first half of [`Sweep::solve`], on `K` columns taken from their tiles. Two
-/// columns side by side hide half of the wait for the value before.
+/// Elimination on `K` columns taken from their tiles, with the pivots of [`Sweep::pivots`]. Two columns side
+/// by side hide half of the wait for the value before.
 pub(super) struct Eliminate<'a, const K: usize> {
     pub(super) sweep: &'a Sweep,
     pub(super) c: f64,
@@ -164,6 +164,15 @@ impl<const K: usize> Kernel for Substitute<'_, K> {
             }
         }
     }
+}
+
+/// Removes the volume mean of the first mode of a column (the singular one of pressure) in its tiles.
+pub(super) fn remove_mean(sweep: &Sweep, lines: &mut [Lanes], tiles: Tiles) {
+    let volume = sweep.volume.as_chunks::<8>().0;
+    let total: f64 = sweep.volume.iter().sum();
+    let values = volume.iter().enumerate().flat_map(|(b, v)| lines[tiles.at(b)].iter().zip(v));
+    let sum: f64 = values.map(|(x, v)| x * v).sum();
+    (0..volume.len()).for_each(|b| lines[tiles.at(b)].iter_mut().for_each(|x| *x -= sum / total));
 }
 
 /// Up to eight rows of a field as lanes, transposed; lanes beyond `height` are zero.
