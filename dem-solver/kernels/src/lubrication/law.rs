@@ -54,9 +54,6 @@ impl LineResolution {
     pub const POINTS: Self = Self { normal: 0.47, slip: [0.145, 4.0], roll: [0.175, 1.0] };
 }
 
-/// 2 (1 − (1 + s)^{−1/2}) in powers of s.
-pub(super) const LINE_SERIES: [f64; 4] = [1.0, -0.75, 0.625, -0.546_875];
-
 /// The model with everything resolved that is common to all gaps of a run.
 ///
 /// ```
@@ -146,50 +143,6 @@ pub struct LubricationLaw {
     pub shift: f64,
 }
 
-/// A gap over so short a path that its impulse is a polynomial in the gap rate: most gaps of a dense bed in
-/// most sub-steps, at a tenth of the cost of the logarithms.
-///
-/// With s the relative change of δ + η and path = k₁ s + k₂ s² + k₃ s³ + k₄ s⁴ the rate after lubrication
-/// solves (a/dt) s + path/m = U, that is s + Σ b_j s^j = y with b_j = k_j/(m N), y = U/N and N = a/dt + k₁/m.
-/// This series turned around, s = y − b₂ y² + (2b₂² − b₃) y³ + (−5b₂³ + 5b₂b₃ − b₄) y⁴, is put into path = m
-/// (U − (a/dt) s).
-#[derive(Clone, Copy, Debug)]
-pub struct Expansion {
-    /// path = c₁ y + c₂ y² + c₃ y³ + c₄ y⁴, N s.
-    c: [f64; 4],
-    /// 1/N: y per unit of gap rate, s/m.
-    inverse: f64,
-    /// Least y that it is good for.
-    low: f64,
-    /// Largest y that it is good for.
-    high: f64,
-}
-
-impl Default for Expansion {
-    /// One that is good for nothing.
-    fn default() -> Self {
-        Self { c: [0.0; 4], inverse: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
-    }
-}
-
-impl Expansion {
-    /// Largest |y|. The terms left out are 1e-12 of the path for two spheres, and 1e-10 where the flow
-    /// resolves most of it.
-    pub(super) const FAR: f64 = 1.0 / 512.0;
-
-    /// s differs from y by less than this part at [`Expansion::FAR`].
-    pub(super) const BEND: f64 = 0.01;
-
-    /// [`LubricationLaw::impulse`] at the gap that it was made for, if the path is short enough.
-    #[inline(always)]
-    #[must_use]
-    pub fn impulse(&self, rate: f64) -> Option<f64> {
-        let y = rate * self.inverse;
-        let [c1, c2, c3, c4] = self.c;
-        (y >= self.low && y <= self.high).then(|| -y * (c1 + y * (c2 + y * (c3 + y * c4))))
-    }
-}
-
 impl LubricationLaw {
     /// κ at gap `gap` up to the cut-off, N s/m.
     #[inline(always)]
@@ -237,46 +190,6 @@ impl LubricationLaw {
         let quotient = 2.0 * step * (1.0 + x + y) / (1.0 + 2.0 * x * (1.0 + x));
         let angle = 2.0 * step / (1.0 + (1.0 + 2.0 * x) * (1.0 + 2.0 * y));
         0.5 * quotient.ln_1p() + angle.atan()
-    }
-
-    /// The path about the gap `gap`, for a sub-step of `dt` and a pair of 1/m = `inverse_mass`.
-    #[inline(always)]
-    #[must_use]
-    pub fn expansion(&self, gap: f64, dt: f64, inverse_mass: f64) -> Expansion {
-        if !(0.0..=self.cut_off).contains(&gap) {
-            return Expansion::default();
-        }
-        let a = gap + self.roughness;
-        let [k1, k2, k3, k4] = match self.shape {
-            Shape::Sphere => {
-                // path = c ∫ dσ/Q(σ) with Q = (1 + σ)(1 + 2x(1 + σ) + 2x²(1 + σ)²)
-                let x = a * (1.0 / self.resolved_length);
-                let x2 = x * x;
-                let p = 1.0 / (1.0 + 2.0 * x + 2.0 * x2);
-                let q = [1.0 + 4.0 * x + 6.0 * x2, 4.0 * x + 12.0 * x2, 12.0 * x2];
-                let (c, [r, second, third]) = (self.coefficient * p, q.map(|q| q * p));
-                let k3 = c / 6.0 * (2.0 * r * r - second);
-                [c, -0.5 * c * r, k3, c / 24.0 * (6.0 * r * (second - r * r) - third)]
-            }
-            Shape::Disc => {
-                // 2c (1 − (1 + s)^{−1/2})/a^½, and as much less of a + λL
-                let b = a + self.resolved_length;
-                let (c, d, t) = (self.coefficient / a.sqrt(), self.coefficient / b.sqrt(), a / b);
-                let t2 = t * t;
-                let [p1, p2, p3, p4] = LINE_SERIES;
-                [(c - d * t) * p1, (c - d * t2) * p2, (c - d * (t2 * t)) * p3, (c - d * (t2 * t2)) * p4]
-            }
-        };
-        let k1 = k1 - self.shift * a;
-        let inertia = a * (1.0 / dt);
-        let inverse = 1.0 / (inertia + inverse_mass * k1);
-        let (free, braked) = (inertia * inverse, inverse_mass * inverse * k2);
-        let c =
-            [k1, free * k2, free * (k3 - 2.0 * braked * k2), free * (k4 + 5.0 * braked * (braked * k2 - k3))];
-        let within = (1.0 - Expansion::BEND) / a;
-        let low = (-gap * within).max(-Expansion::FAR);
-        let high = ((self.cut_off - gap) * within).min(Expansion::FAR);
-        Expansion { c, inverse, low, high }
     }
 
     /// Impulse of lubrication over `dt`, N s, positive apart.

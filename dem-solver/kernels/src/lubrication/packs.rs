@@ -20,8 +20,9 @@ pub(super) struct FilmPack {
     pub(super) weight: [[f64; 8]; 2],
     /// … and of both along the normal.
     pub(super) inverse_mass: [f64; 8],
-    /// [`crate::lubrication::law::Expansion`].
+    /// path = c₁ y + c₂ y² + c₃ y³ + c₄ y⁴, N s ([`crate::lubrication::visit`]).
     pub(super) c: [[f64; 8]; 4],
+    /// y per unit of gap rate, s/m.
     pub(super) inverse: [f64; 8],
     /// Largest |y| that it is good for.
     pub(super) limit: [f64; 8],
