@@ -19,8 +19,6 @@ const OVERFLOW: NonFinite = NonFinite { grain: 0, quantity: "velocity" };
 struct Done {
     outcome: Outcome,
     first_non_finite: Option<NonFinite>,
-    /// Contacts that bear a force at the last evaluation.
-    contacts: usize,
     /// Largest overlap, m.
     overlap: f64,
 }
@@ -94,8 +92,6 @@ impl Dem {
             n_sub_done: done.outcome.done,
             smallest_gap,
             largest_overlap: done.overlap,
-            max_speed: done.outcome.speed2.sqrt(),
-            contacts: done.contacts,
             first_non_finite: done.first_non_finite,
             lost: first_lost(&self.grains, &self.around, self.time),
         }
@@ -114,13 +110,8 @@ fn advance_general(
     general.finish(window, dt_window, n_sub);
     window.grains.wrap(&window.around.periods);
     general.observe_gaps(window);
-    let forces = &general.evaluation.forces;
-    Done {
-        outcome,
-        first_non_finite: found.or((!outcome.finite).then_some(OVERFLOW)),
-        contacts: forces.contacts,
-        overlap: forces.overlap,
-    }
+    let first_non_finite = found.or((!outcome.finite).then_some(OVERFLOW));
+    Done { outcome, first_non_finite, overlap: general.evaluation.forces.overlap }
 }
 
 fn advance_bulk(bulk: &mut Bulk, grains: &mut Grains, time: f64, dt_window: f64, n_sub: u32) -> Done {
@@ -136,8 +127,7 @@ fn advance_bulk(bulk: &mut Bulk, grains: &mut Grains, time: f64, dt_window: f64,
         grains.spin_acceleration[i] = (grains.spin[i] - grains.spin_acceleration[i]) * rate;
     }
     let found = || first_non_finite(grains).unwrap_or(OVERFLOW);
-    let (contacts, overlap) = bulk.contacts_and_overlap();
-    Done { outcome, first_non_finite: (!outcome.finite).then(found), contacts, overlap }
+    Done { outcome, first_non_finite: (!outcome.finite).then(found), overlap: bulk.largest_overlap() }
 }
 
 fn check(grains: usize, dt: f64, n_sub: u32, loads: &[GrainLoad]) -> Result<(), AdvanceError> {

@@ -42,10 +42,6 @@ pub struct WindowReport {
     pub smallest_gap: f64,
     /// Largest overlap over all sub-steps, m; zero without contact.
     pub largest_overlap: f64,
-    /// Largest speed of a grain at any sub-step, m/s.
-    pub max_speed: f64,
-    /// Contacts that bear a force at the last evaluation.
-    pub contacts: usize,
     /// First grain whose state is not finite; the window stopped there.
     pub first_non_finite: Option<NonFinite>,
     /// First free grain whose centre is behind a wall by more than its diameter at the end of the window.
@@ -57,8 +53,6 @@ pub struct WindowReport {
 pub(crate) struct Outcome {
     /// Sub-steps done.
     pub(crate) done: u32,
-    /// Square of the largest speed, m²/s².
-    pub(crate) speed2: f64,
     /// Whether the state stayed finite.
     pub(crate) finite: bool,
 }

@@ -22,6 +22,19 @@ pub(crate) fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
 }
 
+/// Contacts that bear a force, of grains and with walls.
+pub(crate) fn contacts(solver: &Dem) -> usize {
+    let state = solver.save();
+    let of_bodies = state.body_contacts.len() + state.body_wall_contacts.len();
+    state.contacts.len() + state.wall_contacts.len() + of_bodies
+}
+
+/// Contacts after a window without a fluid.
+pub(crate) fn contacts_after(solver: &mut Dem, dt_window: f64, n_sub: u32) -> usize {
+    solver.advance(dt_window, n_sub, &[]).expect("advances");
+    contacts(solver)
+}
+
 /// From where it stands, 20 windows of `solver`, once more in it after a restore, and in a fresh one of
 /// `set_up` from the saved bytes: all in the same bits. Returns the state that they started from.
 pub(crate) fn repeats<R: PartialEq + std::fmt::Debug>(

@@ -1,5 +1,5 @@
 //! Normal collisions: the clipped linear law gives back exp(−r(π − 2 atan r)), r = −ln(e_n)/π.
-use crate::common::{dem, exact, floor, law, spec};
+use crate::common::{contacts_after, dem, exact, floor, law, spec};
 use dem_solver::LinearSpringDashpot;
 use dem_solver::{Grain, Integrator};
 
@@ -14,8 +14,7 @@ fn collide(law: LinearSpringDashpot, n: u32, integrator: Integrator) -> (f64, f6
     let dt = law.contact_time_of(1.0) / f64::from(n);
     let mut lasted = 0u32;
     for _ in 0..4 * n {
-        let contacts = solver.advance(dt, 1, &[]).expect("advances").contacts;
-        lasted += contacts as u32;
+        lasted += contacts_after(&mut solver, dt, 1) as u32;
     }
     (solver.grains.velocity[0].z / 1e-3, f64::from(lasted) * dt / law.contact_time_of(1.0))
 }

@@ -150,7 +150,6 @@ impl Block {
         // all empty: the sub-step before has left them so
         scratch.push.resize(self.len() + 1, ForceTorque::default());
         scratch.halo.push(GrainRecord::NONE);
-        self.observed.contacts = 0;
         let step = Step { block: self, common, t, dt, old, new, scratch };
         let mut fastest = dispatch(step, common.plain);
         integrate::follow((t, dt), &self.prescribed, old, new, &mut fastest);

@@ -102,16 +102,6 @@ impl Block {
         }
     }
 
-    /// Contacts that bear a force with grains of the blocks before `end`.
-    pub(super) fn touching_any_below(&self, end: u32) -> usize {
-        let below = self.segments.partition_point(|segment| segment.block < end);
-        let Some(last) = self.segments[..below].last() else { return 0 };
-        let of = |pack: &ContactPack| {
-            (0..8).filter(|&k| pack.touching >> k & 1 == 1 && pack.j[k] < last.end).count()
-        };
-        self.packs[1].iter().map(of).sum()
-    }
-
     /// Empties all lists.
     pub(super) fn forget(&mut self) {
         self.candidates = Default::default();

@@ -74,15 +74,10 @@ impl Bulk {
         self.valid = false;
     }
 
-    /// Contacts at the last evaluation and the largest overlap of the window, m.
-    pub(crate) fn contacts_and_overlap(&mut self) -> (usize, f64) {
-        let (inactive, mut twice, mut overlap) = (self.blocks.inactive() as u32, 0, 0.0f64);
-        for block in self.blocks.active_mut() {
-            let block = mutex_mut(block);
-            twice += block.observed.contacts as usize + block.touching_any_below(inactive);
-            overlap = overlap.max(block.observed.overlap);
-        }
-        (twice / 2, overlap)
+    /// Largest overlap of the window, m.
+    pub(crate) fn largest_overlap(&mut self) -> f64 {
+        let overlaps = self.blocks.active_mut().iter_mut().map(|block| mutex_mut(block).observed.overlap);
+        overlaps.fold(0.0, f64::max)
     }
 }
 

@@ -5,9 +5,6 @@ use crate::bulk::records::{ContactPack, ForceTorque};
 /// Observations of one block over a window; per grain only where asked for.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Observed {
-    /// Twice the contacts that bear a force at the last sub-step: one shared with another block
-    /// counts once in each.
-    pub(super) contacts: u32,
     /// Largest overlap, m.
     pub(super) overlap: f64,
     /// Sum of the contact forces over the sub-steps, N, with an empty fourth number; empty if not
@@ -23,7 +20,6 @@ pub(super) struct Observed {
 impl Observed {
     /// Starts a window with `n` observed grains, or none, and some walls.
     pub(super) fn clear(&mut self, n: usize, walls: usize) {
-        self.contacts = 0;
         self.overlap = 0.0;
         self.force.clear();
         self.force.resize(n, [0.0; 4]);

@@ -121,12 +121,10 @@ pub(super) fn pair_forces<L: Lanes8, const PERIODIC: bool, const CROSS: bool>(
         let (f, m) = (answer.force, answer.moment);
         let (arm_i, arm_j) = (base + differ, base - differ);
         if touching.0 != 0 {
-            observed.contacts += touching.0.count_ones() * if CROSS { 1 } else { 2 };
             let (f, m) = (Vec3Lanes(f.0.0, f.1.0, f.2.0), Vec3Lanes(m.0.0, m.1.0, m.2.0));
             scatter::<L, CROSS>(token, law.zero.0, p, push, f, m, arm_i.0, arm_j.0);
         }
         if touching.1 != 0 {
-            observed.contacts += touching.1.count_ones() * if CROSS { 1 } else { 2 };
             let (f, m) = (Vec3Lanes(f.0.1, f.1.1, f.2.1), Vec3Lanes(m.0.1, m.1.1, m.2.1));
             scatter::<L, CROSS>(token, law.zero.0, q, push, f, m, arm_i.1, arm_j.1);
         }

@@ -12,7 +12,7 @@ const LONGEST: u32 = 256;
 impl Bulk {
     /// `n_sub` sub-steps of `dt` from `t` on.
     pub(crate) fn advance(&mut self, t: f64, dt: f64, n_sub: u32) -> Outcome {
-        let mut outcome = Outcome { done: 0, speed2: self.speed * self.speed, finite: true };
+        let mut outcome = Outcome { done: 0, finite: true };
         while outcome.done < n_sub && outcome.finite {
             let at = t + f64::from(outcome.done) * dt;
             let steps = self.prepare(at, dt, (n_sub - outcome.done).min(LONGEST));
@@ -31,7 +31,6 @@ impl Bulk {
             outcome.finite = fastest2.is_finite();
             if outcome.finite {
                 self.speed = fastest2.sqrt();
-                outcome.speed2 = outcome.speed2.max(fastest2);
                 self.moved(good, dt);
             }
             good += 1;

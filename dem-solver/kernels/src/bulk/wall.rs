@@ -82,7 +82,6 @@ pub(super) fn wall_forces<L: Lanes8>(
         if answer.touching == 0 {
             continue;
         }
-        observed.contacts += 2 * answer.touching.count_ones();
         let (f, t, zero) = (answer.force, answer.moment.scale(arm), law.zero);
         let first = L::transpose([f.0, f.1, f.2, zero, t.0, t.1, t.2, zero]);
         for (i, what) in pack.i.iter().zip(first) {

@@ -74,7 +74,6 @@ impl BodyContacts {
                 }
             }
             Met::Point(Acting { place, force, rate, bears }) => {
-                forces.contacts += usize::from(bears.1);
                 if bears.0 != bears.1 {
                     let speeds =
                         if bears.1 { &mut observed.impact_speed } else { &mut observed.rebound_speed };

@@ -69,7 +69,7 @@ impl General {
         let speed = Speed::of(window.grains);
         // the first evaluation comes before the first kick: the lists must be good here
         self.evaluation.refresh(&speed, window.grains, window.around, time, 0.0);
-        let mut outcome = Outcome { done: 0, speed2: speed.largest2, finite: true };
+        let mut outcome = Outcome { done: 0, finite: true };
         if self.integrator == Integrator::VelocityVerlet {
             // the springs stay
             self.evaluation.evaluate(window, time, 0.0, SpringStep::Before);
@@ -82,7 +82,6 @@ impl General {
             let end = time + f64::from(outcome.done + 1) * dt;
             let now = (&window.grains.position[..], &window.grains.velocity[..]);
             window.observed.split.end_substep(now, outcome.done, end, dt);
-            outcome.speed2 = outcome.speed2.max(speed.largest2);
             outcome.finite = speed.finite;
             outcome.done += 1;
         }

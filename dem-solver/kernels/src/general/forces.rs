@@ -38,7 +38,6 @@ pub(crate) fn contact_forces(
         account.clear();
     }
     forces.walls.fill(Vec3::zeros());
-    forces.contacts = 0;
     let Scene { around, grains, response, kinematics, .. } = *scene;
     let linear = match &around.law {
         PairLaw::Linear(law) if account.is_none() && around.rolling.is_none() => Some(law),
@@ -147,8 +146,7 @@ fn touch(
         let rate = partners.relative(kinematics.velocity, kinematics.spin).velocity.dot(&normal);
         let force = normal * size;
         push(&mut forces.contact, &partners, &force);
-        forces.contacts +=
-            usize::from(note_event(&mut list.touching[k], size > 0.0, rate, observed, &partners));
+        note_event(&mut list.touching[k], size > 0.0, rate, observed, &partners);
         return force;
     }
     let mass = response.effective_mass(grains, i, second);
@@ -163,7 +161,7 @@ fn touch(
         account.enter(&Entry { frame, law: &law, path, spring, force: (force, tangential) });
     }
     let bears = force != Vec3::zeros();
-    forces.contacts += usize::from(note_event(&mut list.touching[k], bears, rate, observed, &partners));
+    note_event(&mut list.touching[k], bears, rate, observed, &partners);
     push(&mut forces.contact, &partners, &force);
     let moment = tangential.cross(&normal);
     forces.torque[i] += moment * arms.0;
@@ -209,15 +207,9 @@ fn note_gap(observed: &mut Observations, forces: &mut Forces, i: usize, gap: f64
     forces.overlap = forces.overlap.max(-gap);
 }
 
-/// Records the beginning and the end of a contact, with the normal speed at that moment; returns `bears`.
+/// Records the beginning and the end of a contact, with the normal speed at that moment.
 #[inline(always)]
-fn note_event(
-    touching: &mut bool,
-    bears: bool,
-    rate: f64,
-    observed: &mut Observations,
-    partners: &Partners,
-) -> bool {
+fn note_event(touching: &mut bool, bears: bool, rate: f64, observed: &mut Observations, partners: &Partners) {
     if *touching != bears {
         *touching = bears;
         let speeds = if bears { &mut observed.impact_speed } else { &mut observed.rebound_speed };
@@ -227,5 +219,4 @@ fn note_event(
             speeds[j] = speed.max(0.0);
         }
     }
-    bears
 }

@@ -145,7 +145,7 @@ pub(crate) struct PairPass<'a> {
     pub(crate) kinematics: &'a Kinematics<'a>,
     pub(crate) lanes: &'a mut PairLanes,
     pub(crate) list: &'a mut ContactList,
-    /// Forces on the grains, replaced; contacts, counted from 0; the largest overlap.
+    /// Forces on the grains, replaced; the largest overlap.
     pub(crate) forces: &'a mut Forces,
     pub(crate) observed: &'a mut Observations,
 }
@@ -215,7 +215,7 @@ impl PairPass<'_> {
     /// Forces and springs of the contacts found.
     #[inline(always)]
     fn resolve<L: Lanes8>(&mut self, token: L::Token, images: &Images<L>) {
-        let Self { law, kinematics, lanes, list, forces, observed, .. } = self;
+        let Self { law, kinematics, lanes, list, observed, .. } = self;
         let PairLanes { place, motion, spin, sums, acting, gap: gaps, .. } = &mut **lanes;
         let [contact, torque] = sums;
         let none = place.len() as u32 - 1;
@@ -267,7 +267,6 @@ impl PairPass<'_> {
                     list.touching[entry] = bears;
                     note_event(observed, bears, rates[k], i, j);
                 }
-                forces.contacts += usize::from(bears);
                 for c in 0..4 {
                     contact[i][c] += out[1][k][c];
                     torque[i][c] += out[2][k][c];

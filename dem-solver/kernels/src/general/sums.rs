@@ -13,8 +13,6 @@ pub(crate) struct Forces {
     pub lubrication: Vec<Vec3>,
     /// Contact forces on the walls, N.
     pub walls: Vec<Vec3>,
-    /// Contacts that bear a force.
-    pub contacts: usize,
     /// Largest overlap met, m.
     pub overlap: f64,
 }
