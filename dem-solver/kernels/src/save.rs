@@ -110,7 +110,7 @@ impl Dem {
     }
 
     fn check_state(&self, state: &State) -> Result<(), RestoreError> {
-        let needed = self.grains.len();
+        let (needed, walls) = (self.grains.len(), self.around.walls.len());
         for (quantity, found) in [
             ("position", state.position.len()),
             ("image", state.image.len()),
@@ -120,94 +120,78 @@ impl Dem {
             ("acceleration", state.acceleration.len()),
             ("spin_acceleration", state.spin_acceleration.len()),
         ] {
-            if found != needed {
-                return Err(RestoreError::Length { quantity, found, needed });
-            }
+            check_length(quantity, found, needed)?;
         }
-        for (quantity, values) in [
-            ("position", &state.position),
-            ("velocity", &state.velocity),
-            ("spin", &state.spin),
-            ("acceleration", &state.acceleration),
-            ("spin acceleration", &state.spin_acceleration),
-        ] {
-            if let Some(grain) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-                return Err(RestoreError::NotFinite { quantity, grain });
-            }
+        check_finite("position", &state.position)?;
+        check_finite("velocity", &state.velocity)?;
+        check_finite("spin", &state.spin)?;
+        check_finite("acceleration", &state.acceleration)?;
+        check_finite("spin acceleration", &state.spin_acceleration)?;
+        check_finite("orientation", &state.orientation)?;
+        if !state.servos.is_empty() {
+            check_length("servos", state.servos.len(), self.servos().count())?;
         }
-        if let Some(grain) = state.orientation.iter().position(|q| q.iter().any(|c| !c.is_finite())) {
-            return Err(RestoreError::NotFinite { quantity: "orientation", grain });
-        }
-        let (needed_servos, found) = (self.servos().count(), state.servos.len());
-        if found != needed_servos && found > 0 {
-            return Err(RestoreError::Length { quantity: "servos", found, needed: needed_servos });
-        }
-        if let Some(index) = state.servos.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-            return Err(RestoreError::NotFinite {
-                quantity: "servo of wall, of those with one",
-                grain: index,
-            });
-        }
+        check_finite("servo of wall, of those with one", &state.servos)?;
         let contacts = state.contacts.len() + state.wall_contacts.len();
-        let needed_rolling = if self.around.rolling.is_some() { contacts } else { 0 };
-        if state.rolling.len() != needed_rolling {
-            let found = state.rolling.len();
-            return Err(RestoreError::Length { quantity: "rolling angles", found, needed: needed_rolling });
-        }
-        if let Some(index) = state.rolling.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-            return Err(RestoreError::NotFinite { quantity: "rolling angle, of contact", grain: index });
-        }
+        let angles = if self.around.rolling.is_some() { contacts } else { 0 };
+        check_length("rolling angles", state.rolling.len(), angles)?;
+        check_finite("rolling angle, of contact", &state.rolling)?;
         let mut places = state.order.clone();
         places.sort_unstable();
         if !places.is_empty() && !places.into_iter().eq(0..needed as u32) {
             return Err(RestoreError::Order { grains: needed });
         }
-        check_list(&state.contacts, needed, |contact| {
-            contact.second > contact.first && (contact.second as usize) < needed
-        })?;
-        check_list(&state.wall_contacts, needed, |contact| {
-            (contact.second as usize) < self.around.walls.len()
-        })?;
+        let grain = |number: u32| (number as usize) < needed;
+        let wall = |number: u32| (number as usize) < walls;
         let is_round = |i: u32| self.grains.is_round(i as usize);
-        check_points(&state.body_contacts, needed, |point| {
-            point.second > point.first
-                && (point.second as usize) < needed
-                && !(is_round(point.first) && is_round(point.second))
-        })?;
-        check_points(&state.body_wall_contacts, needed, |point| {
-            (point.second as usize) < self.around.walls.len() && !is_round(point.first)
-        })
+        let sound = |it: &SavedContact| grain(it.first) && it.spring.iter().all(|c| c.is_finite());
+        let is_point = |it: &SavedPoint| {
+            grain(it.first) && it.spring.is_finite() && it.mass > 0.0 && it.mass.is_finite()
+        };
+        let pairs = state.contacts.iter().map(|it| {
+            let fits = sound(it) && it.second > it.first && grain(it.second);
+            (it.first, it.second, fits)
+        });
+        check_contacts(pairs, PartialOrd::lt)?;
+        let of_walls = state.wall_contacts.iter();
+        check_contacts(
+            of_walls.map(|it| (it.first, it.second, sound(it) && wall(it.second))),
+            PartialOrd::lt,
+        )?;
+        let pairs = state.body_contacts.iter().map(|it| {
+            let fits = is_point(it) && it.second > it.first && grain(it.second);
+            (it.first, it.second, fits && !(is_round(it.first) && is_round(it.second)))
+        });
+        check_contacts(pairs, PartialOrd::le)?;
+        let of_walls = state
+            .body_wall_contacts
+            .iter()
+            .map(|it| (it.first, it.second, is_point(it) && wall(it.second) && !is_round(it.first)));
+        check_contacts(of_walls, PartialOrd::le)
     }
 }
 
-fn check_list(
-    saved: &[SavedContact],
-    grains: usize,
-    fits: impl Fn(&SavedContact) -> bool,
-) -> Result<(), RestoreError> {
-    for (index, contact) in saved.iter().enumerate() {
-        let ordered =
-            index == 0 || (saved[index - 1].first, saved[index - 1].second) < (contact.first, contact.second);
-        let finite = contact.spring.iter().all(|c| c.is_finite());
-        if !ordered || !finite || contact.first as usize >= grains || !fits(contact) {
-            return Err(RestoreError::Contact { index, first: contact.first, second: contact.second });
-        }
-    }
-    Ok(())
+fn check_length(quantity: &'static str, found: usize, needed: usize) -> Result<(), RestoreError> {
+    if found == needed { Ok(()) } else { Err(RestoreError::Length { quantity, found, needed }) }
 }
 
-fn check_points(
-    saved: &[SavedPoint],
-    grains: usize,
-    fits: impl Fn(&SavedPoint) -> bool,
+fn check_finite<const N: usize>(quantity: &'static str, values: &[[f64; N]]) -> Result<(), RestoreError> {
+    let bad = values.iter().position(|v| v.iter().any(|c| !c.is_finite()));
+    bad.map_or(Ok(()), |grain| Err(RestoreError::NotFinite { quantity, grain }))
+}
+
+/// Of contacts the partners, and whether what else they hold fits; each must come after the one before it.
+fn check_contacts(
+    contacts: impl Iterator<Item = (u32, u32, bool)>,
+    in_order: fn(&(u32, u32), &(u32, u32)) -> bool,
 ) -> Result<(), RestoreError> {
-    for (index, point) in saved.iter().enumerate() {
-        let ordered =
-            index == 0 || (saved[index - 1].first, saved[index - 1].second) <= (point.first, point.second);
-        let sound = point.spring.is_finite() && point.mass > 0.0 && point.mass.is_finite();
-        if !ordered || !sound || point.first as usize >= grains || !fits(point) {
-            return Err(RestoreError::Contact { index, first: point.first, second: point.second });
+    let mut before = None;
+    for (index, (first, second, fits)) in contacts.enumerate() {
+        let now = (first, second);
+        if !fits || before.is_some_and(|before| !in_order(&before, &now)) {
+            return Err(RestoreError::Contact { index, first, second });
         }
+        before = Some(now);
     }
     Ok(())
 }
