@@ -4,80 +4,33 @@ use thiserror::Error;
 
 /// A [`crate::DemSpec`] that cannot be run.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum SpecError {
     /// A value of one grain is out of range.
     #[error("grain {grain}: {quantity} is {value}; it must be {allowed}")]
-    Grain {
-        /// Index of the grain.
-        grain: usize,
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    Grain { grain: usize, quantity: &'static str, value: f64, allowed: &'static str },
     /// A value of one wall is out of range.
     #[error("wall {wall}: {quantity} is {value}; it must be {allowed}")]
-    Wall {
-        /// Index of the wall.
-        wall: usize,
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    Wall { wall: usize, quantity: &'static str, value: f64, allowed: &'static str },
     /// A parameter of a model is out of range.
     #[error("{model}: {quantity} is {value}; it must be {allowed}")]
-    Model {
-        /// Name of the model.
-        model: &'static str,
-        /// Name of the parameter.
-        quantity: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    Model { model: &'static str, quantity: &'static str, value: f64, allowed: &'static str },
     /// Two images of one pair would be in reach at once, or a grain's own image.
     #[error(
         "the period along {axis} is {length} m; allowed: {least} m and more, twice the reach of a pair (the two \
          largest radii, and how far forces act beyond them) and once that of a grain to its own image; lengthen \
          the period"
     )]
-    Period {
-        /// Axis: x, y or z.
-        axis: &'static str,
-        /// Length that was given.
-        length: f64,
-        /// Shortest allowed length.
-        least: f64,
-    },
+    Period { axis: &'static str, length: f64, least: f64 },
     /// Two choices that exclude each other.
     #[error("{0}")]
     Combination(&'static str),
     /// A parameter without which a model cannot be.
     #[error("{model}: {quantity} is missing; give it, or {instead}")]
-    Missing {
-        /// Name of the model.
-        model: &'static str,
-        /// Name of the parameter.
-        quantity: &'static str,
-        /// What may stand in its place.
-        instead: &'static str,
-    },
-    /// A choice that bodies that are not round do not allow.
+    Missing { model: &'static str, quantity: &'static str, instead: &'static str },
+    /// A choice, by the key of the scene, that bodies that are not round do not allow.
     #[error("{why}")]
-    Body {
-        /// Key of the scene that it is about.
-        key: &'static str,
-        /// What is wrong, and what is allowed.
-        why: &'static str,
-        /// What to do.
-        remedy: &'static str,
-    },
+    Body { key: &'static str, why: &'static str, remedy: &'static str },
     /// The bulk engine was asked for where it cannot do the work.
     #[error("the bulk engine cannot run this: {0}; choose Engine::Auto or Engine::General")]
     Engine(String),
@@ -101,78 +54,41 @@ impl SpecError {
 
 /// A window that cannot be advanced; the state is untouched.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum AdvanceError {
     /// One load per grain, or none at all.
     #[error("{given} loads for {grains} grains; give one per grain, or none in a dry run")]
-    LoadCount {
-        /// Number of loads given.
-        given: usize,
-        /// Number of grains.
-        grains: usize,
-    },
+    LoadCount { given: usize, grains: usize },
     /// Window or number of sub-steps is not positive.
     #[error("window of {dt} s in {n_sub} sub-steps; both must be positive and finite")]
-    Window {
-        /// Length of the window, s.
-        dt: f64,
-        /// Number of sub-steps.
-        n_sub: u32,
-    },
+    Window { dt: f64, n_sub: u32 },
     /// A load is not a number, or an added mass is negative.
     #[error(
         "load on grain {grain}: {quantity} is {value}; loads must be finite, added mass and inertia not negative"
     )]
-    Load {
-        /// Index of the grain.
-        grain: usize,
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// What was given.
-        value: f64,
-    },
+    Load { grain: usize, quantity: &'static str, value: f64 },
 }
 
 /// A [`crate::State`] that does not belong to this solver; the solver is untouched.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum RestoreError {
     /// An array has the wrong length.
     #[error(
         "the state holds {found} values of {quantity}, this scene needs {needed}; restore it with the scene \
          that wrote it"
     )]
-    Length {
-        /// Name of the array.
-        quantity: &'static str,
-        /// Length in the state.
-        found: usize,
-        /// Length needed.
-        needed: usize,
-    },
+    Length { quantity: &'static str, found: usize, needed: usize },
     /// A contact names a grain or wall that does not exist, or is out of order.
     #[error(
         "contact {index} of the state joins {first} and {second}, which this scene does not have in this \
          order; restore it with the scene that wrote it"
     )]
-    Contact {
-        /// Index of the contact in the state.
-        index: usize,
-        /// First partner.
-        first: u32,
-        /// Second partner.
-        second: u32,
-    },
+    Contact { index: usize, first: u32, second: u32 },
     /// The order of the grains is none.
     #[error("the order in the state does not hold each of {grains} grains once; take an earlier checkpoint")]
-    Order {
-        /// Number of grains.
-        grains: usize,
-    },
+    Order { grains: usize },
     /// A value is not a number.
     #[error("the state holds a {quantity} of grain {grain} that is not finite; take an earlier checkpoint")]
-    NotFinite {
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// Index of the grain.
-        grain: usize,
-    },
+    NotFinite { quantity: &'static str, grain: usize },
 }
