@@ -87,7 +87,7 @@ fn errors(n: f64, method: Method) -> Result<[f64; 3], Box<dyn Error>> {
     let mut acetate = LinearSpringDashpot::new(0.87, T_C, 0.25);
     acetate.damping_ratio = 0.0;
     let elastic = LinearSpringDashpot { restitution: 1.0, ..acetate };
-    let e = acetate.effective().restitution;
+    let e = acetate.restitution;
     let (mut worst, reference) = ([0.0f64; 3], reference()?);
     for phase in (0..PHASES).map(|k| (f64::from(k) + 0.5) / f64::from(PHASES)) {
         worst[0] = worst[0].max((collide(acetate, 0.0, n, phase, method)?[0] / e - 1.0).abs());

@@ -23,7 +23,7 @@
 //! let report = dem.advance(2e-4, 100, &[])?; // 100 sub-steps of 2 µs, without a fluid
 //! let rebound = dem.grains.velocity[1].x - dem.grains.velocity[0].x;
 //! assert_eq!(report.n_sub_done, 100);
-//! assert!((rebound / 0.1 - law.effective().restitution).abs() < 1e-3);
+//! assert!((rebound / 0.1 - law.restitution).abs() < 1e-3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -22,7 +22,7 @@
 //! let report = dem.advance(2e-4, 100, &[])?; // 100 sub-steps of 2 µs, without a fluid
 //! let rebound = dem.grains.velocity[1].x - dem.grains.velocity[0].x;
 //! assert_eq!(report.n_sub_done, 100);
-//! assert!((rebound / 0.1 - law.effective().restitution).abs() < 1e-3);
+//! assert!((rebound / 0.1 - law.restitution).abs() < 1e-3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -41,7 +41,7 @@
 //! | `general` | the engine for all laws, lubrication and integrators: one sub-step from top to bottom |
 //! | `bulk` | the engine for many grains in linear contact |
 //! | [`solver`] | [`Dem`]: the grains with the engine that moves them; `advance`, `save`, `validate` beside it |
-//! | [`contacts`], [`sums`], [`split`] | every contact with its force; energy, momentum; forces by sub-step |
+//! | [`contacts`], [`sums`], [`split`] | every contact with its force; energy; forces by sub-step |
 //!
 //! SI units or any consistent set. Vectors have three components in the laboratory frame; plane and
 //! axisymmetric scenes are masks on free motions ([`Freedom`]). With [`Shape::Disc`]

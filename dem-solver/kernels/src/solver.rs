@@ -254,19 +254,6 @@ impl Dem {
         &self.observed
     }
 
-    /// Contact forces at the last evaluation, N (symplectic Euler: at the start of the last sub-step). Empty
-    /// in the bulk engine.
-    #[must_use]
-    pub fn contact_force(&self) -> &[Vec3] {
-        self.general().map_or(&[], |general| &general.evaluation.forces.contact)
-    }
-
-    /// Lubrication forces at the last sub-step, N. Empty in the bulk engine.
-    #[must_use]
-    pub fn lubrication_force(&self) -> &[Vec3] {
-        self.general().map_or(&[], |general| &general.evaluation.forces.lubrication)
-    }
-
     /// How often the neighbour lists were built.
     #[must_use]
     pub fn list_builds(&self) -> u64 {

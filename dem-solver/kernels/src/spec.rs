@@ -5,7 +5,6 @@ use crate::laws::table::ContactLaw;
 use crate::laws::walls::Wall;
 use crate::lubrication::law::{LineResolution, LubricationModel};
 use crate::lubrication::settings::Lubrication;
-use crate::motion::Freedom;
 use bedload_outline::Outline;
 use bedload_over_time::OverTime;
 use schemars::JsonSchema;
@@ -119,17 +118,6 @@ impl DemSpec {
             energy: false,
             split: false,
         }
-    }
-
-    /// Adds a free body of the plane that is not round, at rest, and returns it.
-    pub fn add_body(&mut self, outline: Outline, position: [f64; 3], density: f64) -> &mut Grain {
-        self.shape = Shape::Disc;
-        let place = self.outlines.len() as u32;
-        let grain = Grain::new(position, outline.reach(), density);
-        self.outlines.push(outline);
-        self.grains.push(Grain { outline: Some(place), free: Freedom::PLANE, ..grain });
-        let last = self.grains.len() - 1;
-        &mut self.grains[last]
     }
 
     /// Whether any body is not round.

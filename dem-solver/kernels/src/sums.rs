@@ -1,4 +1,4 @@
-//! Sums over all grains: energy, momentum.
+//! Sums over all grains: energy.
 
 use crate::grains::Response;
 use crate::motion::Vec3;
@@ -69,19 +69,5 @@ impl Dem {
             -g.mass[i] * gravity.dot(&x)
         };
         (0..g.len()).filter(|&i| g.responds(i)).map(fall).sum()
-    }
-
-    /// Momentum, kg m/s; dry masses.
-    #[must_use]
-    pub fn momentum(&self) -> Vec3 {
-        let g = &self.grains;
-        (0..g.len()).map(|i| g.velocity[i] * g.mass[i]).sum()
-    }
-
-    /// Angular momentum about the origin, kg m²/s; dry masses, positions within the period.
-    #[must_use]
-    pub fn angular_momentum(&self) -> Vec3 {
-        let g = &self.grains;
-        (0..g.len()).map(|i| g.position[i].cross(&g.velocity[i]) * g.mass[i] + g.spin[i] * g.inertia[i]).sum()
     }
 }

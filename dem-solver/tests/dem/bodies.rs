@@ -1,6 +1,6 @@
 //! Bodies of the plane that are not round: impacts, energy, rest, toppling, limits of discs, turned set-ups,
 //! restore.
-use crate::common::{contacts_after, dem, exact, floor, law, repeats, spec};
+use crate::common::{add_body, contacts_after, dem, exact, floor, law, repeats, spec};
 use bedload_scene::Outline;
 use dem_solver::{
     ContactLaw, Dem, DemSpec, Freedom, Grain, Integrator, LinearSpringDashpot, Shape, Vec3, Wall,
@@ -47,7 +47,7 @@ fn corner_drop(e: f64, t_c: f64, integrator: Integrator) -> [f64; 3] {
     let mut set_up = empty(exact(law(e, t_c)));
     set_up.walls.push(floor());
     set_up.integrator = integrator;
-    let body = set_up.add_body(Outline::rectangle([2.0, 1.0]), [0.0; 3], 1.0);
+    let body = add_body(&mut set_up, Outline::rectangle([2.0, 1.0]), [0.0; 3], 1.0);
     body.orientation = turned(PI / 6.0);
     body.velocity = [0.2, 0.0, -1.0];
     body.spin = [0.0, 0.3, 0.0];
@@ -90,9 +90,9 @@ fn collide(outlines: [Outline; 2], (steps, phase): (u32, f64), integrator: Integ
     set_up.integrator = integrator;
     let [one, other] = outlines;
     // The touch comes anywhere in a sub-step.
-    let body = set_up.add_body(one, [-1.6 + 1.8e-2 * phase / f64::from(steps), 0.0, 0.1], 1.0);
+    let body = add_body(&mut set_up, one, [-1.6 + 1.8e-2 * phase / f64::from(steps), 0.0, 0.1], 1.0);
     (body.velocity, body.spin, body.orientation) = ([1.0, 0.0, 0.0], [0.0, 0.4, 0.0], turned(0.35));
-    let body = set_up.add_body(other, [1.4, 0.0, -0.2], 2.0);
+    let body = add_body(&mut set_up, other, [1.4, 0.0, -0.2], 2.0);
     (body.velocity, body.spin, body.orientation) = ([-0.8, 0.0, 0.1], [0.0, -0.5, 0.0], turned(-0.5));
     let mut solver = dem(&set_up);
     let before = motion(&solver);
@@ -147,9 +147,10 @@ fn rub(shift: f64, period: Option<(f64, f64)>) -> Dem {
     law.friction = 0.5;
     let mut set_up = empty(law);
     set_up.periods[0] = period;
-    let body = set_up.add_body(Outline::rectangle([2.0, 1.0]), [-1.6 + shift, 0.0, 0.1], 1.0);
+    let body = add_body(&mut set_up, Outline::rectangle([2.0, 1.0]), [-1.6 + shift, 0.0, 0.1], 1.0);
     (body.velocity, body.spin, body.orientation) = ([1.0, 0.0, 0.3], [0.0, 0.4, 0.0], turned(0.35));
-    let body = set_up.add_body(Outline::Ellipse { semi_axes: [0.6, 0.9] }, [1.4 + shift, 0.0, -0.2], 2.0);
+    let body =
+        add_body(&mut set_up, Outline::Ellipse { semi_axes: [0.6, 0.9] }, [1.4 + shift, 0.0, -0.2], 2.0);
     (body.velocity, body.spin, body.orientation) = ([-0.8, 0.0, 0.1], [0.0, -0.5, 0.0], turned(-0.5));
     dem(&set_up)
 }
@@ -179,7 +180,7 @@ fn incline(outline: Outline, slope: f64, friction: f64) -> Dem {
     set_up.walls.push(floor());
     set_up.gravity = [9.81 * slope.sin(), 0.0, -9.81 * slope.cos()].into();
     let height = outline.support([0.0, 1.0])[1];
-    set_up.add_body(outline, [0.0, 0.0, height], 1000.0);
+    add_body(&mut set_up, outline, [0.0, 0.0, height], 1000.0);
     dem(&set_up)
 }
 
@@ -244,7 +245,7 @@ fn heap(angle: f64) -> DemSpec {
     ];
     for (k, outline) in outlines.into_iter().enumerate() {
         let k = k as f64;
-        let body = set_up.add_body(outline, out([0.35 * (1.3 * k).sin(), 0.3 + 0.45 * k]), 1.0);
+        let body = add_body(&mut set_up, outline, out([0.35 * (1.3 * k).sin(), 0.3 + 0.45 * k]), 1.0);
         body.orientation = turned(angle + 0.7 * k);
     }
     set_up.grains.push(Grain {
@@ -341,7 +342,7 @@ fn a_stack_of_five_squares_stands() {
     for k in 0..5 {
         // One has slipped a little.
         let x = if k == 2 { 1e-3 } else { 0.0 };
-        set_up.add_body(Outline::rectangle([0.1, 0.1]), [x, 0.0, 0.05 + 0.1 * f64::from(k)], 1000.0);
+        add_body(&mut set_up, Outline::rectangle([0.1, 0.1]), [x, 0.0, 0.05 + 0.1 * f64::from(k)], 1000.0);
     }
     let mut solver = dem(&set_up);
     // Its slowest swaying dies down with 1.2 s.
@@ -361,8 +362,8 @@ fn a_stack_of_five_squares_stands() {
 fn gaps_are_those_of_the_surfaces() {
     let mut set_up = empty(law(0.5, 1e-3));
     set_up.walls.push(floor());
-    set_up.add_body(Outline::rectangle([1.0, 0.4]), [0.0, 0.0, 1.0], 1.0);
-    let body = set_up.add_body(Outline::rectangle([1.0, 0.4]), [1.5, 0.0, 1.0], 1.0);
+    add_body(&mut set_up, Outline::rectangle([1.0, 0.4]), [0.0, 0.0, 1.0], 1.0);
+    let body = add_body(&mut set_up, Outline::rectangle([1.0, 0.4]), [1.5, 0.0, 1.0], 1.0);
     body.orientation = turned(PI / 4.0);
     let mut solver = dem(&set_up);
     let report = solver.advance(1e-6, 1, &[]).expect("advances");

@@ -1,6 +1,6 @@
 //! Gaps between bodies of the plane against those of another library (parry2d: GJK where they are apart, EPA
 //! where they overlap), which goes another way to them.
-use crate::common::{Random, dem, law, spec};
+use crate::common::{Random, add_body, dem, law, spec};
 use bedload_scene::Outline;
 use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::query::details::contact_support_map_support_map;
@@ -84,7 +84,7 @@ fn gaps_are_those_of_gjk_and_epa() {
                         ..dem_solver::Grain::new(position, *radius, 1.0)
                     });
                 }
-                Form::Body(outline) => drop(set_up.add_body(outline.clone(), position, 1.0).position),
+                Form::Body(outline) => drop(add_body(&mut set_up, outline.clone(), position, 1.0).position),
             }
             set_up.grains[k].orientation = [(0.5 * angles[k]).cos(), 0.0, (0.5 * angles[k]).sin(), 0.0];
         }

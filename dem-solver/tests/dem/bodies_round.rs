@@ -1,6 +1,6 @@
 //! Limits in which bodies that are not round are discs: ellipses of equal semi-axes, polygons of many
 //! vertices.
-use crate::common::{dem, floor, law, spec};
+use crate::common::{add_body, dem, floor, law, spec};
 use bedload_scene::Outline;
 use dem_solver::{Freedom, Grain, Shape};
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ fn bounce(outline: Option<Outline>, t_c: f64) -> [f64; 3] {
     set_up.shape = Shape::Disc;
     set_up.walls.push(floor());
     let grain = match outline {
-        Some(outline) => set_up.add_body(outline, [0.0; 3], 1.0),
+        Some(outline) => add_body(&mut set_up, outline, [0.0; 3], 1.0),
         None => {
             set_up.grains.push(Grain { free: Freedom::PLANE, ..Grain::new([0.0; 3], 0.5, 1.0) });
             &mut set_up.grains[0]
@@ -70,7 +70,7 @@ fn meet(round: [bool; 2]) -> Vec<f64> {
         if round {
             set_up.grains.push(Grain { free: Freedom::PLANE, ..Grain::new([0.0; 3], radius, 1.0) });
         } else {
-            set_up.add_body(Outline::Ellipse { semi_axes: [radius; 2] }, [0.0; 3], 1.0);
+            add_body(&mut set_up, Outline::Ellipse { semi_axes: [radius; 2] }, [0.0; 3], 1.0);
         }
         let grain = &mut set_up.grains[k];
         grain.position = [-0.3 * sign, 0.0, -0.2645 * sign];

@@ -1,7 +1,9 @@
 //! Set-ups shared by the tests of this folder.
 
-use dem_solver::{ContactLaw, Dem, DemSpec, Grain, State, Wall};
+use bedload_scene::Outline;
+use dem_solver::{ContactLaw, Dem, DemSpec, Freedom, Grain, Shape, State, Vec3, Wall};
 use dem_solver::{LinearSpringDashpot, laws::linear::RestitutionForm};
+use std::f64::consts::PI;
 
 /// A frictionless law as printed (Izard et al. 2014, eqs 17 and 18) with restitution `e` and contact time
 /// `t_c`.
@@ -20,6 +22,44 @@ pub(crate) fn spec(grains: Vec<Grain>, law: LinearSpringDashpot) -> DemSpec {
 
 pub(crate) fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
+}
+
+/// Restitution and duration, s, of an isolated collision under the clipped law: of the damped oscillation only
+/// the time in which the force pushes. The duration is over t_c where the stiffness is given.
+pub(crate) fn effective(law: &LinearSpringDashpot) -> (f64, f64) {
+    let pair = law.pair();
+    let decay = 0.5 * pair.damping;
+    let omega = (pair.stiffness - decay * decay).sqrt();
+    let rest = PI - 2.0 * (decay / omega).atan();
+    ((-decay / omega * rest).exp(), rest / omega)
+}
+
+/// Momentum, kg m/s; dry masses.
+pub(crate) fn momentum(solver: &Dem) -> Vec3 {
+    let g = &solver.grains;
+    (0..g.len()).map(|i| g.velocity[i] * g.mass[i]).sum()
+}
+
+/// Angular momentum about the origin, kg m²/s; dry masses, positions within the period.
+pub(crate) fn angular_momentum(solver: &Dem) -> Vec3 {
+    let g = &solver.grains;
+    (0..g.len()).map(|i| g.position[i].cross(&g.velocity[i]) * g.mass[i] + g.spin[i] * g.inertia[i]).sum()
+}
+
+/// Adds a free body of the plane that is not round, at rest, and returns it.
+pub(crate) fn add_body(
+    set_up: &mut DemSpec,
+    outline: Outline,
+    position: [f64; 3],
+    density: f64,
+) -> &mut Grain {
+    set_up.shape = Shape::Disc;
+    let place = set_up.outlines.len() as u32;
+    let grain = Grain::new(position, outline.reach(), density);
+    set_up.outlines.push(outline);
+    set_up.grains.push(Grain { outline: Some(place), free: Freedom::PLANE, ..grain });
+    let last = set_up.grains.len() - 1;
+    &mut set_up.grains[last]
 }
 
 /// Contacts that bear a force, of grains and with walls.

@@ -1,5 +1,5 @@
 //! Observed order of the integrators, and energy.
-use crate::common::{dem, floor, law, spec};
+use crate::common::{dem, effective, floor, law, spec};
 use dem_solver::{Grain, Integrator};
 
 const ALL: [Integrator; 3] = [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk3];
@@ -75,7 +75,7 @@ fn order_on_a_collision() {
                 set_up.integrator = integrator;
                 let mut solver = dem(&set_up);
                 solver.advance(3.0, 3 * n, &[]).expect("advances");
-                (solver.grains.velocity[0].z - law.effective().restitution).abs()
+                (solver.grains.velocity[0].z - effective(&law).0).abs()
             })
             .fold(0.0, f64::max)
     };

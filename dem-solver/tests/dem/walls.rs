@@ -1,9 +1,8 @@
 //! Walls that turn, and walls that follow a pressure.
 
-use crate::common::{cloud, contacts_after, dem, floor, law, repeats, spec};
-use dem_solver::grains::Grains;
+use crate::common::{cloud, contacts_after, dem, floor, law, momentum, repeats, spec};
 use dem_solver::laws::walls::Plane;
-use dem_solver::{Dem, DemSpec, Engine, Freedom, Grain, Integrator, Motion, OverTime, Servo, Vec3, Wall};
+use dem_solver::{DemSpec, Engine, Freedom, Grain, Integrator, Motion, OverTime, Servo, Vec3, Wall};
 
 const INTEGRATORS: [Integrator; 3] =
     [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk3];
@@ -36,10 +35,6 @@ fn a_wall_bears_the_mean_over_the_window() {
     let general = |integrator| DemSpec { integrator, engine: Engine::General, ..of_bulk.clone() };
     for set_up in INTEGRATORS.map(general).iter().chain([&of_bulk]) {
         let mut solver = dem(set_up);
-        let momentum = |dem: &Dem| -> Vec3 {
-            let Grains { mass, velocity, .. } = &dem.grains;
-            mass.iter().zip(velocity).map(|(mass, v)| v * *mass).sum()
-        };
         let before = momentum(&solver);
         assert_eq!(contacts_after(&mut solver, 0.1, 1000), 0, "no contact at the end");
         let gained = momentum(&solver) - before;

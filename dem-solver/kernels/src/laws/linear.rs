@@ -98,15 +98,6 @@ impl RestitutionForm {
     }
 }
 
-/// What the clipped law really does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effective {
-    /// Coefficient of restitution of an isolated collision.
-    pub restitution: f64,
-    /// Duration of an isolated collision, s.
-    pub contact_time: f64,
-}
-
 /// Restitution and relative duration of the clipped law for r = b/ω of the damped oscillation.
 fn clipped(r: f64) -> (f64, f64) {
     let rest = PI - 2.0 * r.atan();
@@ -175,15 +166,6 @@ impl LinearSpringDashpot {
     pub fn tangential_rate(&self, mass: f64) -> f64 {
         let (_, decay) = self.oscillation(self.contact_time_of(mass));
         if self.friction > 0.0 { 2.0 * self.damping_ratio * decay } else { 0.0 }
-    }
-
-    /// Restitution and duration that an isolated collision really has; the duration over t_c where
-    /// the stiffness is given.
-    #[must_use]
-    pub fn effective(&self) -> Effective {
-        let (omega, decay) = self.oscillation(self.contact_time.unwrap_or(1.0));
-        let (restitution, share) = clipped(decay / omega);
-        Effective { restitution, contact_time: share * PI / omega }
     }
 
     /// Coefficients per unit effective mass (eqs 17, 18 with m* = 1, or the exact form) for the
