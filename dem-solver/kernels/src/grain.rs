@@ -3,13 +3,10 @@
 use crate::error::SpecError;
 use crate::motion::{Freedom, Motion};
 use bedload_outline::Outline;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Shape of all grains of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shape {
     /// Solid sphere: m = 4/3 π R³ ρ, I = 2/5 m R².
     #[default]

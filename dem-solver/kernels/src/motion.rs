@@ -2,15 +2,12 @@
 
 use bedload_over_time::OverTime;
 use nalgebra::{Quaternion, UnitQuaternion};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// Three components in the laboratory frame.
 pub type Vec3 = nalgebra::Vector3<f64>;
 
 /// Who moves a grain.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Motion {
     /// Forces do.
     #[default]
@@ -20,10 +17,8 @@ pub enum Motion {
     /// Velocity and spin are given.
     Prescribed {
         /// Velocity, m/s.
-        #[serde(default)]
         velocity: OverTime<[f64; 3]>,
         /// Angular velocity about an axis that does not turn, rad/s.
-        #[serde(default)]
         spin: OverTime<[f64; 3]>,
     },
 }
@@ -67,8 +62,7 @@ impl Motion {
 }
 
 /// Which motions of a free grain are left to the forces, in the laboratory frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
     /// Translation along x, y, z.
     pub translation: [bool; 3],

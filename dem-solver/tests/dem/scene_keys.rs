@@ -1,5 +1,5 @@
 //! Models as keys of the scene's `[dem]` section.
-use dem_solver::{ContactLaw, Integrator, LinearSpringDashpot, Lubrication, Motion, Wall};
+use dem_solver::{ContactLaw, Integrator, LinearSpringDashpot, Lubrication};
 use serde::Deserialize;
 
 #[derive(Debug, PartialEq, Deserialize)]
@@ -10,10 +10,6 @@ struct Section {
     lubrication: Lubrication,
     #[serde(default)]
     integrator: Integrator,
-    #[serde(default)]
-    walls: Vec<Wall>,
-    #[serde(default)]
-    motion: Motion,
 }
 
 fn read(text: &str) -> Result<Section, toml::de::Error> {
@@ -25,9 +21,7 @@ fn models_read_with_their_defaults() {
     let section = read(
         "integrator = \"velocity-verlet\"\n\
          [contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 1e-4\nfriction = 0.25\n\
-         [lubrication]\nform = \"as-printed\"\nroughness = 1e-4\n\
-         [motion]\nkind = \"prescribed\"\nvelocity = { amplitude = [0.0, 0.0, 0.1], frequency = 3.0 }\n\
-         [[walls]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]\nuntil = 1.5\n",
+         [lubrication]\nform = \"as-printed\"\nroughness = 1e-4\n",
     )
     .expect("reads");
     let law = LinearSpringDashpot::new(0.97, 1e-4, 0.25);
@@ -35,9 +29,6 @@ fn models_read_with_their_defaults() {
     let film = section.lubrication.settings().expect("a film");
     assert_eq!((film.roughness, film.cut_off, film.sweeps), (1e-4, 0.5, 8));
     assert_eq!(section.integrator, Integrator::VelocityVerlet);
-    assert_eq!(section.walls[0].until, Some(1.5));
-    let (velocity, spin) = section.motion.velocity_at(0.25 / 3.0);
-    assert!((velocity.z - 0.1).abs() < 1e-15 && spin.norm() == 0.0, "{velocity:?}");
     let again = toml::to_string(&section.contact).expect("writes");
     assert_eq!(toml::from_str::<ContactLaw>(&again).expect("reads"), section.contact);
 }

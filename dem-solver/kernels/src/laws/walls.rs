@@ -3,42 +3,32 @@
 use crate::error::SpecError;
 use crate::motion::Vec3;
 use bedload_over_time::OverTime;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// A plane. It bounds the half space that `normal` points into.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
     /// A point of the plane at time zero, m.
     pub point: [f64; 3],
     /// Normal towards the grains at time zero; any length but zero.
     pub normal: [f64; 3],
     /// Velocity, m/s: the normal part moves the plane, the tangential part drags grains along.
-    #[serde(default)]
     pub velocity: OverTime<[f64; 3]>,
     /// Angular velocity about an axis that keeps its direction, rad/s: the plane turns, and its surface with
     /// it.
-    #[serde(default)]
     pub spin: OverTime<[f64; 3]>,
     /// A point of the axis at time zero, m, which moves with `velocity`; `point` if absent.
-    #[serde(default)]
     pub about: Option<[f64; 3]>,
     /// What it follows along its normal, if anything.
-    #[serde(default)]
     pub servo: Option<Servo>,
     /// Time from which the wall is there, s; it moves from time zero on all the same, a servo from this time.
-    #[serde(default)]
     pub from: f64,
     /// Time at which the wall vanishes, s; never if absent.
-    #[serde(default)]
     pub until: Option<f64>,
 }
 
 /// A wall that comes to a pressure of the grains: m dV/dt = p A (1 − V/V_max) − F, |V| ≤ V_max, along its
 /// normal, F the normal force of contacts on it. docs/equations.md
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Servo {
     /// p, Pa (discs: N/m per unit length).
     pub pressure: OverTime<f64>,
