@@ -3,7 +3,7 @@
 
 use crate::grain::Shape;
 use crate::motion::Vec3;
-use std::f64::consts::PI;
+use bedload_output::totals::part_below;
 
 /// Slabs, with sharp edges: a grain belongs to a slab with the part of its volume that lies in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,19 +112,11 @@ impl Slabs {
         place(low)..=place(high)
     }
 
-    /// Part of a sphere or disc of radius 1 below the height `h` of its centre.
-    fn below(&self, h: f64) -> f64 {
-        let h = h.clamp(-1.0, 1.0);
-        match self.shape {
-            Shape::Sphere => 0.25 * (2.0 - h) * (1.0 + h) * (1.0 + h),
-            Shape::Disc => 0.5 + (h * (1.0 - h * h).max(0.0).sqrt() + h.asin()) / PI,
-        }
-    }
-
     fn ball(&self, x: f64, radius: f64, share: &mut impl FnMut(usize, f64)) {
         for shift in self.images(x - radius, x + radius) {
             let x = x + shift;
-            let edge = |slab: usize| self.below((self.lower + self.width * slab as f64 - x) / radius);
+            let disc = self.shape == Shape::Disc;
+            let edge = |slab: usize| part_below((self.lower + self.width * slab as f64 - x) / radius, disc);
             for slab in self.range(x - radius, x + radius) {
                 share(slab, edge(slab + 1) - edge(slab));
             }

@@ -20,22 +20,26 @@ pub enum Outline {
     },
 }
 
-/// What `b` turns from `a` by, times both lengths.
+/// a_x b_z − a_z b_x.
+#[inline(always)]
 pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// From `b` to `a`.
+/// a − b.
+#[inline(always)]
 pub fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// Scalar product.
+/// a · b.
+#[inline(always)]
 pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Length of a vector.
+/// |a|.
+#[inline(always)]
 pub fn length(a: [f64; 2]) -> f64 {
     a[0].hypot(a[1])
 }

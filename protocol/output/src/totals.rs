@@ -377,7 +377,7 @@ impl Bed {
 }
 
 /// Part of a sphere or disc of radius 1 below the height `h` of its centre.
-fn part_below(h: f64, disc: bool) -> f64 {
+pub fn part_below(h: f64, disc: bool) -> f64 {
     let h = h.clamp(-1.0, 1.0);
     if disc {
         0.5 + (h * (1.0 - h * h).max(0.0).sqrt() + h.asin()) / std::f64::consts::PI

@@ -1,21 +1,13 @@
 //! Vectors of the plane: components x and z.
 
+pub(crate) use bedload_outline::{dot, minus};
+
 /// Components x and z.
 pub(crate) type Vec2 = [f64; 2];
 
 #[inline(always)]
-pub(crate) fn dot(a: Vec2, b: Vec2) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-#[inline(always)]
 pub(crate) fn plus(a: Vec2, b: Vec2) -> Vec2 {
     [a[0] + b[0], a[1] + b[1]]
-}
-
-#[inline(always)]
-pub(crate) fn minus(a: Vec2, b: Vec2) -> Vec2 {
-    [a[0] - b[0], a[1] - b[1]]
 }
 
 /// a + s b.
