@@ -10,10 +10,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sha2::{Digest as _, Sha256};
 
 use crate::log::codec;
-use crate::new_file::new_file;
+use crate::new_file::{Digested, new_file};
 use crate::participant::SolverError;
 
 const MAGIC: [u8; 8] = *b"BEDLOAD\n";
@@ -80,40 +79,14 @@ fn frame(mut file: File, payload: &impl Serialize) -> io::Result<Digest> {
     if let Err(error) = codec::encode(payload, &mut out) {
         return Err(out.flush().err().unwrap_or_else(|| io::Error::other(error)));
     }
-    let Digested { to: mut file, digest, length } =
-        out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    let written = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    let (digest, length) = (written.digest(), written.length);
+    let mut file = written.to;
     file.seek(SeekFrom::Start(0))?;
-    let digest: Digest = digest.finalize().into();
     let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &digest].concat();
     file.write_all(&head)?;
     file.sync_data()?;
     Ok(digest)
-}
-
-/// Digests what is written through it.
-struct Digested<W> {
-    to: W,
-    digest: Sha256,
-    length: u64,
-}
-
-impl<W> Digested<W> {
-    fn new(to: W) -> Self {
-        Self { to, digest: Sha256::new(), length: 0 }
-    }
-}
-
-impl<W: Write> Write for Digested<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.to.write(bytes)?;
-        self.digest.update(&bytes[..count]);
-        self.length += count as u64;
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.to.flush()
-    }
 }
 
 /// Reads what [`write()`] wrote for the same role and scene.
@@ -192,7 +165,7 @@ impl Payload {
         let whole = io::copy(&mut payload.file, &mut digested);
         whole.and_then(|_| payload.file.seek(SeekFrom::Start(HEAD as u64))).map_err(|e| payload.fail(e))?;
         payload.left = word(16);
-        payload.digest = digested.digest.finalize().into();
+        payload.digest = digested.digest();
         if digested.length != payload.left || payload.digest[..] != head[24..] {
             return Err(payload.refuse("is truncated or damaged: start anew without --resume"));
         }

@@ -5,6 +5,8 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
+use sha2::{Digest as _, Sha256};
+
 /// Opens a new file to write, in place of the one that stood at that path. A link there is removed, not
 /// followed; a device or a pipe is written to.
 ///
@@ -81,6 +83,46 @@ impl io::Write for OwnFile {
     fn flush(&mut self) -> io::Result<()> {
         self.check()?;
         self.file.flush()
+    }
+}
+
+/// Counts and digests (SHA-256) what is written through it.
+#[derive(Debug)]
+pub struct Digested<W> {
+    /// Where it goes.
+    pub to: W,
+    /// Bytes so far.
+    pub length: u64,
+    digest: Sha256,
+}
+
+impl<W> Digested<W> {
+    /// Nothing was written yet.
+    pub fn new(to: W) -> Self {
+        Self { to, length: 0, digest: Sha256::new() }
+    }
+
+    /// Digest of what was written.
+    pub fn digest(&self) -> [u8; 32] {
+        self.digest.clone().finalize().into()
+    }
+
+    /// The same, of which the rest goes elsewhere.
+    pub fn going_to<V>(self, to: V) -> Digested<V> {
+        Digested { to, length: self.length, digest: self.digest }
+    }
+}
+
+impl<W: io::Write> io::Write for Digested<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.to.write(bytes)?;
+        self.digest.update(&bytes[..count]);
+        self.length += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
     }
 }
 

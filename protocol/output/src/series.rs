@@ -3,13 +3,12 @@
 //! Numbers have the fewest digits that read back to the same bits.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::new_file::{OwnFile, is_at, new_file};
+use protocol::new_file::{Digested, OwnFile, is_at, new_file};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use crate::error::OutputError;
 
@@ -36,7 +35,8 @@ pub struct SeriesMark {
 #[derive(Debug)]
 pub struct SeriesWriter {
     path: PathBuf,
-    file: BufWriter<Counted>,
+    file: BufWriter<Digested<OwnFile>>,
+    rows: u64,
     /// Time between rows, s; 0: every row.
     every: f64,
     /// Number of the period of the last row.
@@ -51,7 +51,7 @@ impl SeriesWriter {
     /// [`OutputError::File`].
     pub fn create(path: &Path, names: &[String], every: f64) -> Result<Self, OutputError> {
         let file = new_file(path).map_err(OutputError::file("write", path))?;
-        let mut writer = Self::over(path, Counted::new(OwnFile::new(file, 0)), every, 0);
+        let mut writer = Self::over(path, Digested::new(OwnFile::new(file, 0)), every, (0, 0));
         header(names)
             .and_then(|line| writer.file.write_all(&line))
             .map_err(OutputError::file("write", path))?;
@@ -72,33 +72,30 @@ impl SeriesWriter {
             .map_err(OutputError::file("resume", path))?;
         let wrong = |what: String| OutputError::Content { path: path.to_owned(), what };
         let first = header(names).map_err(OutputError::file("read", path))?;
-        let again = file.try_clone().map_err(OutputError::file("resume", path))?;
-        let mut counted = Counted::new(OwnFile::new(again, mark.bytes));
-        let begins =
-            counted.take_over(&mut file, mark.bytes, &first).map_err(OutputError::file("read", path))?;
-        if !begins {
-            let remedy = "leave [observe] as it was, or start anew without --resume";
-            return Err(wrong(format!("its columns are not those of this run: {remedy}")));
-        }
-        if counted.bytes < mark.bytes || counted.digest() != mark.digest {
-            let found = if counted.bytes < mark.bytes { "is shorter" } else { "has another text" };
+        let written = digested(&mut file, mark.bytes, &first)
+            .map_err(OutputError::file("read", path))?
+            .ok_or_else(|| {
+                let remedy = "leave [observe] as it was, or start anew without --resume";
+                wrong(format!("its columns are not those of this run: {remedy}"))
+            })?;
+        if written.length < mark.bytes || written.digest() != mark.digest {
+            let found = if written.length < mark.bytes { "is shorter" } else { "has another text" };
             return Err(wrong(format!(
                 "{found} than at the checkpoint, where it had {} rows in {} bytes: somebody altered it; put \
                  back the file as the run left it, or start anew without --resume",
                 mark.rows, mark.bytes
             )));
         }
-        counted.rows = mark.rows;
-        let cut = |file: &mut File| {
-            file.set_len(mark.bytes)?;
-            file.seek(SeekFrom::Start(mark.bytes))
-        };
-        cut(&mut file).map_err(OutputError::file("resume", path))?;
-        Ok(Self::over(path, counted, every, mark.last))
+        file.set_len(mark.bytes)
+            .and_then(|()| file.seek(SeekFrom::Start(mark.bytes)))
+            .map_err(OutputError::file("resume", path))?;
+        let written = written.going_to(OwnFile::new(file, mark.bytes));
+        Ok(Self::over(path, written, every, (mark.rows, mark.last)))
     }
 
-    fn over(path: &Path, file: Counted, every: f64, last: i64) -> Self {
-        Self { path: path.to_owned(), file: BufWriter::new(file), every, last, flushed: Instant::now() }
+    fn over(path: &Path, file: Digested<OwnFile>, every: f64, (rows, last): (u64, i64)) -> Self {
+        let (path, file) = (path.to_owned(), BufWriter::new(file));
+        Self { path, file, rows, every, last, flushed: Instant::now() }
     }
 
     /// Adds a row, `t` first, if one is due at that time; says whether it was.
@@ -114,14 +111,14 @@ impl SeriesWriter {
             self.last = now;
         }
         self.write_row(row).map_err(OutputError::file("write", &self.path))?;
-        self.file.get_mut().rows += 1;
+        self.rows += 1;
         if self.flushed.elapsed() >= FLUSH_PERIOD {
             self.flush()?;
         }
         Ok(true)
     }
 
-    fn write_row(&mut self, row: &[f64]) -> std::io::Result<()> {
+    fn write_row(&mut self, row: &[f64]) -> io::Result<()> {
         for (place, value) in row.iter().enumerate() {
             if place > 0 {
                 self.file.write_all(b",")?;
@@ -138,7 +135,7 @@ impl SeriesWriter {
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.flushed = Instant::now();
         self.file.flush().map_err(OutputError::file("write", &self.path))?;
-        if is_at(self.file.get_ref().file.file(), &self.path) {
+        if is_at(self.file.get_ref().to.file(), &self.path) {
             Ok(())
         } else {
             Err(OutputError::Gone(self.path.clone()))
@@ -151,16 +148,16 @@ impl SeriesWriter {
     /// As [`SeriesWriter::flush`].
     pub fn mark(&mut self) -> Result<SeriesMark, OutputError> {
         self.flush()?;
-        let counted = self.file.get_ref();
-        counted.file.file().sync_data().map_err(OutputError::file("write", &self.path))?;
-        let (bytes, rows, digest) = (counted.bytes, counted.rows, counted.digest());
-        Ok(SeriesMark { bytes, rows, digest, last: self.last })
+        let written = self.file.get_ref();
+        written.to.file().sync_data().map_err(OutputError::file("write", &self.path))?;
+        let (bytes, digest) = (written.length, written.digest());
+        Ok(SeriesMark { bytes, rows: self.rows, digest, last: self.last })
     }
 }
 
 /// Shortest digits that read back alike; whole numbers without a point, very large and very small
 /// ones with an exponent.
-fn write_number(out: &mut impl Write, value: f64) -> std::io::Result<()> {
+fn write_number(out: &mut impl Write, value: f64) -> io::Result<()> {
     let size = value.abs();
     if size != 0.0 && !(1e-4..1e16).contains(&size) {
         write!(out, "{value:e}")
@@ -175,63 +172,23 @@ fn period(time: f64, every: f64) -> i64 {
 }
 
 /// The first line, with its end.
-fn header(names: &[String]) -> std::io::Result<Vec<u8>> {
+fn header(names: &[String]) -> io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(names)?;
     writer.into_inner().map_err(|error| error.into_error())
 }
 
-/// The file, with the count and digest of what went into it.
-#[derive(Debug)]
-struct Counted {
-    file: OwnFile,
-    bytes: u64,
-    rows: u64,
-    digest: Sha256,
-}
-
-impl Counted {
-    fn new(file: OwnFile) -> Self {
-        Self { file, bytes: 0, rows: 0, digest: Sha256::new() }
+/// The first `bytes` of a file, digested; none where they do not begin with `first`.
+fn digested(file: &mut File, bytes: u64, first: &[u8]) -> io::Result<Option<Digested<io::Sink>>> {
+    let mut reader = file.take(bytes);
+    let mut begin = vec![0; first.len()];
+    if reader.read_exact(&mut begin).is_err() || begin != first {
+        return Ok(None);
     }
-
-    fn digest(&self) -> [u8; 32] {
-        self.digest.clone().finalize().into()
-    }
-
-    /// Reads the first `bytes` of `from` as if it had written them; says whether they begin with `first`.
-    fn take_over(&mut self, from: &mut File, bytes: u64, first: &[u8]) -> std::io::Result<bool> {
-        let mut reader = BufReader::new(from).take(bytes);
-        let mut begin = vec![0; first.len()];
-        if reader.read_exact(&mut begin).is_err() || begin != first {
-            return Ok(false);
-        }
-        self.digest.update(&begin);
-        self.bytes = begin.len() as u64;
-        loop {
-            let chunk = reader.fill_buf()?;
-            let length = chunk.len();
-            if length == 0 {
-                return Ok(true);
-            }
-            self.digest.update(chunk);
-            self.bytes += length as u64;
-            reader.consume(length);
-        }
-    }
-}
-
-impl Write for Counted {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let count = self.file.write(bytes)?;
-        self.digest.update(&bytes[..count]);
-        self.bytes += count as u64;
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
+    let mut digested = Digested::new(io::sink());
+    digested.write_all(&begin)?;
+    io::copy(&mut reader, &mut digested)?;
+    Ok(Some(digested))
 }
 
 /// A `series.csv` read back, column by column.
