@@ -393,7 +393,7 @@ impl Solver for DemParticipant {
     }
 
     fn schema() -> serde_json::Value {
-        schemars::schema_for!(DemSection).to_value()
+        bedload_scene::schema::<DemSection>()
     }
 
     fn stand_in(scene: &CheckedScene) -> Result<Answer<Loads>, SceneError> {

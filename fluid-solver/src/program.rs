@@ -86,7 +86,7 @@ impl Solver for Fluid {
     }
 
     fn schema() -> serde_json::Value {
-        schemars::schema_for!(FluidSection).to_value()
+        bedload_scene::schema::<FluidSection>()
     }
 
     fn stand_in(scene: &CheckedScene) -> Result<Answer<Kinematics>, SceneError> {

@@ -459,7 +459,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             Ok(())
         }
         Command::Schema => {
-            println!("{:#}", crate::schema::schema()?);
+            println!("{:#}", crate::schema::schema());
             Ok(())
         }
         Command::Completions { shell } => {

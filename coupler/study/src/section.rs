@@ -475,28 +475,12 @@ impl Section {
         Self::find(source, kind)?.ok_or_else(|| source.error(name, message, remedy))
     }
 
-    /// The JSON Schema of the section of this kind, with the definitions that it refers to.
+    /// The JSON Schema of the section of this kind.
     pub fn schema(kind: Kind) -> serde_json::Value {
-        let mut schema = schemars::schema_for!(Self).to_value();
-        let part =
-            |schema: &mut serde_json::Value, name: &str| -> serde_json::Map<String, serde_json::Value> {
-                let part = schema.get_mut(name).and_then(serde_json::Value::as_object_mut);
-                part.map(std::mem::take).unwrap_or_default()
-            };
-        let mut properties = part(&mut schema, "properties");
-        let mut unused = part(&mut schema, "$defs");
-        properties.retain(|key, _| kind.takes(key));
-        let mut used = serde_json::Map::new();
-        let mut text = serde_json::Value::from(properties.clone()).to_string();
-        let is_named = |text: &str, name: &str| text.contains(&format!("\"#/$defs/{name}\""));
-        while let Some(name) = unused.keys().find(|name| is_named(&text, name)).cloned() {
-            if let Some(definition) = unused.remove(&name) {
-                text += &definition.to_string();
-                used.insert(name, definition);
-            }
+        let mut schema = bedload_scene::schema::<Self>();
+        if let Some(properties) = schema["properties"].as_object_mut() {
+            properties.retain(|key, _| kind.takes(key));
         }
-        schema["properties"] = properties.into();
-        schema["$defs"] = used.into();
         schema
     }
 

@@ -53,5 +53,5 @@ pub use rest::Rest;
 pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};
 pub use shared::{Scene, StopWhen};
-pub use source::SceneSource;
+pub use source::{SceneSource, schema};
 pub use walls::{Servo, Wall};

@@ -4,12 +4,23 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::SceneError;
+
+/// The JSON Schema of a part of a scene; whatever it refers to stands within it.
+pub fn schema<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().with(|settings| {
+        (settings.inline_subschemas, settings.meta_schema) = (true, None);
+    });
+    settings.into_generator().into_root_schema_for::<T>().to_value()
+}
 
 /// A scene file as text, after `--set`.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use bedload_output::{Columns, Metrics, Sides};
-use bedload_scene::{CheckedScene, Scene, SceneSource};
+use bedload_scene::{CheckedScene, Scene, SceneSource, schema};
 use coupler::config::Coupling;
 use coupler::plan::{Participants, Plan};
 use dem_solver::config::{Config, DemSection};
@@ -121,12 +121,11 @@ fn names(schema: &Value, found: &mut BTreeSet<String>) {
 fn every_key_and_every_choice_is_documented() {
     let known = words_in_code(&page());
     for (part, schema) in [
-        ("scene", schemars::schema_for!(Scene)),
-        ("[fluid]", schemars::schema_for!(FluidSection)),
-        ("[dem]", schemars::schema_for!(DemSection)),
-        ("[coupling]", schemars::schema_for!(Coupling)),
+        ("scene", schema::<Scene>()),
+        ("[fluid]", schema::<FluidSection>()),
+        ("[dem]", schema::<DemSection>()),
+        ("[coupling]", schema::<Coupling>()),
     ]
-    .map(|(part, schema)| (part, schema.to_value()))
     .into_iter()
     .chain(Kind::ALL.map(|kind| (kind.name(), Section::schema(kind))))
     {
