@@ -10,7 +10,8 @@
 //! | `fixed(n)` | a number with n places |
 //! | `right(n)` | a text at the right of n columns |
 
-use minijinja::{AutoEscape, Environment, Output, State, UndefinedBehavior, Value};
+use minijinja::{AutoEscape, Environment, Output, State, UndefinedBehavior};
+pub(super) use minijinja::{Value, context};
 use serde::Serialize;
 
 use coupler::failure::Failure;
@@ -61,7 +62,7 @@ pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> St
 }
 
 /// The text of a template with these data.
-pub(super) fn render(template: &str, data: impl Serialize) -> Result<String, Failure> {
+pub(super) fn render(template: &str, data: Value) -> Result<String, Failure> {
     let page = || {
         let mut pages = environment();
         for (name, text) in TEMPLATES {

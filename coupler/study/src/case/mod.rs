@@ -30,7 +30,7 @@ use crate::folder;
 use crate::make::Made;
 use compare::Comparison;
 use coupler::failure::Failure;
-use page::{Case, Drawing};
+use page::Drawing;
 
 /// What comparing the values of some cases came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +60,7 @@ pub(crate) fn draw(all: &[Made<'_>], quick: bool, out: &Path) -> Result<(Compare
         for drawing in &drawings {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;
         }
-        sections.push(Case::new(made, &rows, &differences::measured(made)?, drawings));
+        sections.push(page::case(made, &rows, &differences::measured(made)?, drawings));
     }
     let page = page::page(quick, &sections)?;
     atomic_write(&out.join("validation.md"), page.as_bytes())?;

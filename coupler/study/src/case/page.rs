@@ -6,7 +6,7 @@ use super::compare::Line as Compared;
 use super::differences::Measured;
 use crate::folder::cores;
 use crate::make::Made;
-use crate::page::{or_dash, render};
+use crate::page::{Value, context, or_dash, render};
 use crate::section::Section;
 use crate::sweep::Point;
 use coupler::failure::Failure;
@@ -20,117 +20,65 @@ pub(super) struct Drawing {
     pub(super) svg: String,
 }
 
-#[derive(Serialize)]
-pub(super) struct Case<'a> {
-    name: &'a str,
-    title: &'a str,
-    source: &'a str,
-    about: &'a str,
-    rows: Vec<Line<'a>>,
-    /// Runs against each other.
-    apart: Vec<Apart<'a>>,
-    /// Where the references come from, each once.
-    references: Vec<String>,
+pub(super) fn page(quick: bool, cases: &[Value]) -> Result<String, Failure> {
+    let command = if quick { "bedload validate --quick" } else { "bedload validate" };
+    let version = env!("CARGO_PKG_VERSION");
+    render("validation.md", context! { command, version, cores => cores(), cases })
+}
+
+/// A case as the page shows it.
+pub(super) fn case(
+    made: &Made<'_>,
+    rows: &[Compared<'_>],
+    apart: &[Measured<'_>],
     drawings: Vec<Drawing>,
-    /// Labels of the runs that were not made, and the commands of the others.
-    left_out: Vec<&'a str>,
-    commands: Vec<String>,
+) -> Value {
+    let section = &made.study.section;
+    let is_made = |label: &&String| made.study.points.iter().any(|point| point.label == **label);
+    let labels = section.runs.iter().map(|run| &run.label);
+    context! {
+        drawings,
+        name => section.name,
+        title => section.title,
+        source => section.source.as_deref().unwrap_or(""),
+        about => section.about.trim(),
+        rows => rows.iter().map(line).collect::<Vec<_>>(),
+        apart => apart.iter().map(difference).collect::<Vec<_>>(),
+        references => references(section),
+        left_out => labels.filter(|label| !is_made(label)).collect::<Vec<_>>(),
+        commands =>
+            made.study.points.iter().map(|point| command(&section.name, point)).collect::<Vec<_>>(),
+    }
 }
 
 /// A check of a run.
-#[derive(Serialize)]
-struct Line<'a> {
-    label: &'a str,
-    metric: &'a str,
-    value: Option<f64>,
-    /// With ± before it.
-    standard_error: String,
-    /// With a blank before it.
-    unit: String,
-    reference: Option<f64>,
-    error: String,
-    tolerance: String,
-    comparison: &'static str,
-    note: String,
-    cost: String,
-}
-
-#[derive(Serialize)]
-struct Apart<'a> {
-    name: &'a str,
-    runs: &'a [String; 2],
-    value: f64,
-    published: String,
-    source: Option<&'a str>,
-}
-
-pub(super) fn page(quick: bool, cases: &[Case<'_>]) -> Result<String, Failure> {
-    #[derive(Serialize)]
-    struct Page<'a> {
-        command: &'static str,
-        version: &'static str,
-        cores: usize,
-        cases: &'a [Case<'a>],
-    }
-    let command = if quick { "bedload validate --quick" } else { "bedload validate" };
-    render("validation.md", Page { command, version: env!("CARGO_PKG_VERSION"), cores: cores(), cases })
-}
-
-impl<'a> Case<'a> {
-    pub(super) fn new(
-        made: &Made<'a>,
-        rows: &[Compared<'a>],
-        apart: &[Measured<'a>],
-        drawings: Vec<Drawing>,
-    ) -> Self {
-        let section = &made.study.section;
-        let is_made = |label: &String| made.study.points.iter().any(|point| point.label == *label);
-        let labels = section.runs.iter().map(|run| &run.label);
-        Self {
-            name: &section.name,
-            title: &section.title,
-            source: section.source.as_deref().unwrap_or(""),
-            about: section.about.trim(),
-            rows: rows.iter().map(Line::of).collect(),
-            apart: apart.iter().map(Apart::of).collect(),
-            references: references(section),
-            drawings,
-            left_out: labels.filter(|label| !is_made(label)).map(String::as_str).collect(),
-            commands: made.study.points.iter().map(|point| command(&section.name, point)).collect(),
-        }
+fn line(row: &Compared<'_>) -> Value {
+    let absolute = row.reference == Some(0.0);
+    let has_unit = !(row.unit.is_empty() || row.unit == "-");
+    context! {
+        label => row.label,
+        metric => row.check.metric,
+        value => row.value,
+        standard_error =>
+            row.standard_error.map_or(String::new(), |error| format!(" ± {}", two_digits(error))),
+        unit => if has_unit { format!(" {}", row.unit) } else { String::new() },
+        reference => row.reference,
+        error => deviation(row.error, absolute, true),
+        tolerance => deviation(row.check.tolerance, absolute, false),
+        comparison => row.comparison.word(),
+        note => row.note.as_ref().map_or(String::new(), |note| format!("; {}", note.replace('|', "/"))),
+        cost => or_dash(row.wall_s, |wall| format!("{wall:.1}")),
     }
 }
 
-impl<'a> Line<'a> {
-    fn of(row: &Compared<'a>) -> Self {
-        let absolute = row.reference == Some(0.0);
-        let has_unit = !(row.unit.is_empty() || row.unit == "-");
-        Self {
-            label: row.label,
-            metric: &row.check.metric,
-            value: row.value,
-            standard_error: row
-                .standard_error
-                .map_or(String::new(), |error| format!(" ± {}", two_digits(error))),
-            unit: if has_unit { format!(" {}", row.unit) } else { String::new() },
-            reference: row.reference,
-            error: deviation(row.error, absolute, true),
-            tolerance: deviation(row.check.tolerance, absolute, false),
-            comparison: row.comparison.word(),
-            note: row.note.as_ref().map_or(String::new(), |note| format!("; {}", note.replace('|', "/"))),
-            cost: or_dash(row.wall_s, |wall| format!("{wall:.1}")),
-        }
-    }
+/// Runs against each other.
+fn difference(measured: &Measured<'_>) -> Value {
+    let Measured { wanted, value } = *measured;
+    let published = or_dash(wanted.reference, |part| format!("{} %", (1e4 * part).round() / 1e2));
+    context! { name => wanted.name, runs => wanted.runs, value, published, source => wanted.source }
 }
 
-impl<'a> Apart<'a> {
-    fn of(measured: &Measured<'a>) -> Self {
-        let Measured { wanted, value } = *measured;
-        let published = or_dash(wanted.reference, |part| format!("{} %", (1e4 * part).round() / 1e2));
-        Self { name: &wanted.name, runs: &wanted.runs, value, published, source: wanted.source.as_deref() }
-    }
-}
-
+/// Where the references come from, each once.
 fn references(case: &Section) -> Vec<String> {
     let checks = case.checks.iter().filter_map(|c| Some(format!("`{}`: {}", c.metric, c.source.as_ref()?)));
     let drawn = case.drawn().flat_map(|figure| {
@@ -233,7 +181,7 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
         let outcomes = vec![done(19.9), done(20.3), Outcome::Failed("it died".into())];
         let made = Made::of(&study, outcomes);
         let rows = compare::lines(&made);
-        let text = page(false, &[Case::new(&made, &rows, &[], vec![])]).unwrap();
+        let text = page(false, &[case(&made, &rows, &[], vec![])]).unwrap();
         let expected = [
             "| fall | good | `Re` | 19.90 | 20.00 | -0.50 % | 1 % | agrees | 0.0 |",
             "| fall | bad | `Re` | 20.30 | 20.00 | +1.50 % | 1 % | **DIFFERS** | 0.0 |",
@@ -252,7 +200,7 @@ checks = [{ run = "*", metric = "Re", reference = 20.0, tolerance = 0.01, source
         let study = Study { section, points, ..study.clone() };
         let made = Made::of(&study, vec![done(19.9), done(20.3)]);
         let rows = compare::lines(&made);
-        let mean = page(false, &[Case::new(&made, &rows, &[], vec![])]).unwrap();
+        let mean = page(false, &[case(&made, &rows, &[], vec![])]).unwrap();
         let line = "| fall | * | `Re` | 20.10 ± 0.20 | 20.00 | +0.50 % | 1 % | agrees | 0.0 |";
         assert!(mean.contains(line) && rows.len() == 1, "{line} is not in\n{mean}");
     }

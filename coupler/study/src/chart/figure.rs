@@ -1,9 +1,7 @@
 //! The figure: error against CPU time, or against a varied key; both logarithmic, with the Pareto front.
 
-use serde::Serialize;
-
 use super::describe::Names;
-use crate::page::render;
+use crate::page::{context, render};
 use crate::plot::{Axis, Bars, GREY, Look, Plot, Point, Rule, Series, Shape, colour, shape};
 use crate::section::Section;
 use crate::table::{FLOOR, Row, Table};
@@ -66,13 +64,15 @@ pub(super) fn draw(
     let baseline = baseline.and_then(|label| table.rows.iter().position(|row| row.label == label));
     let named = |row: &usize| {
         let (cost, error) = table.rows[*row].point().unwrap_or_default();
-        Named { name: names.of(&table.rows[*row]), cost, error }
+        context! { name => names.of(&table.rows[*row]), cost, error }
     };
-    let shown = Shown {
-        inner: picture.inner(),
-        way: way.iter().map(|point| picture.place(*point)).collect(),
-        ring: baseline.and_then(place).map(|point| picture.place(point)),
-        front: front.iter().map(named).collect(),
+    // What kuva drew; points of the front, numbered; a ring where the paper's own setting is; the runs of the
+    // front, listed below.
+    let shown = context! {
+        inner => picture.inner(),
+        way => way.iter().map(|point| picture.place(*point)).collect::<Vec<_>>(),
+        ring => baseline.and_then(place).map(|point| picture.place(point)),
+        front => front.iter().map(named).collect::<Vec<_>>(),
     };
     render("chart.svg", shown).map(Some)
 }
@@ -94,28 +94,11 @@ fn over_key(table: &Table, names: &Names, title: &str, over: usize) -> Result<St
     let mut lines: Vec<Series> = series.iter().map(joined).collect();
     lines.append(&mut series);
     let picture = plot(title, &names.all()[over], lines).draw();
-    let shown = Shown { inner: picture.inner(), way: Vec::new(), ring: None, front: Vec::new() };
-    render("chart.svg", shown)
-}
-
-/// What `templates/chart.svg` shows, in the units of the picture.
-#[derive(Serialize)]
-struct Shown<'a> {
-    /// What kuva drew.
-    inner: &'a str,
-    /// Points of the front, numbered.
-    way: Vec<Point>,
-    /// Where the paper's own setting is, which gets a ring.
-    ring: Option<Point>,
-    /// The runs of the front, listed below.
-    front: Vec<Named>,
-}
-
-#[derive(Serialize)]
-struct Named {
-    name: String,
-    cost: f64,
-    error: f64,
+    let none = [0.0; 0];
+    render(
+        "chart.svg",
+        context! { inner => picture.inner(), way => none, ring => None::<Point>, front => none },
+    )
 }
 
 /// A row that is drawn, with its cost and error.

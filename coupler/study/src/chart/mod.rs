@@ -22,12 +22,12 @@ use serde::Deserialize;
 
 use crate::folder::SCENE;
 use crate::kind::Kind;
+use crate::page::{context, render};
 use crate::section::Section;
 use crate::study::Study;
 use crate::table::Table;
 use coupler::failure::Failure;
 use describe::Names;
-use page::Page;
 
 /// Fills in errors and the Pareto front.
 pub(crate) fn errors(study: &Study, table: &mut Table) {
@@ -62,9 +62,9 @@ pub(crate) fn draw(dir: &Path) -> Result<(PathBuf, String), Failure> {
     if let Some(svg) = &figure {
         atomic_write(&dir.join("chart.svg"), svg.as_bytes())?;
     }
-    let page = Page::new(&chart, &table, &names, &known);
-    let words = page.words()?;
-    let html = page.html(title, &shown.source, figure.as_deref())?;
+    let found = page::shown(&chart, &table, &names, &known);
+    let words = render("chart.txt", found.clone())?;
+    let html = render("chart.html", context! { title, figure, source => shown.source, ..found })?;
     let page = dir.join("chart.html");
     atomic_write(&page, html.as_bytes())?;
     Ok((page, words))

@@ -1,75 +1,39 @@
 //! What the templates of a chart show: its page, and its words for the terminal.
 
-use serde::Serialize;
-
-use super::describe::{self, Cheapest, Names, Order};
+use super::describe::{self, Names};
 use super::reference::Compared;
-use crate::page::render;
-use crate::section::{Published, Section};
-use crate::table::{Row, Table};
-use coupler::failure::Failure;
+use crate::page::{Value, context};
+use crate::section::Section;
+use crate::table::Table;
 
 /// What `templates/chart.html` and `chart.txt` show.
-#[derive(Serialize)]
-pub(super) struct Page<'a> {
-    title: &'a str,
-    source: &'a str,
-    about: &'a str,
-    references: Vec<String>,
-    timings: String,
-    figure: Option<&'a str>,
-    cheapest: Vec<Cheapest>,
-    orders: Vec<Order>,
-    /// Of the varied keys.
-    names: &'a [String],
-    metrics: Vec<&'a str>,
-    runs: &'a [Row],
-    /// Of the runs: what each is called, and its number on the front.
-    labels: Vec<String>,
-    places: Vec<String>,
-    /// Has any run both a cost and an error?
-    any: bool,
-    published: &'a [Published],
-}
-
-impl<'a> Page<'a> {
-    pub(super) fn new(
-        chart: &'a Section,
-        table: &'a Table,
-        names: &'a Names,
-        known: &Result<Vec<Compared>, String>,
-    ) -> Self {
-        let front = table.front();
-        let place = |row: usize| {
-            let place = front.iter().position(|other| *other == row);
-            place.map_or(String::new(), |place| (place + 1).to_string())
-        };
-        Self {
-            title: &chart.title,
-            source: "",
-            about: chart.about.trim(),
-            references: describe::references(chart, names, known),
-            timings: timings(chart, table),
-            figure: None,
-            cheapest: describe::cheapest(chart, table, names),
-            orders: describe::orders(chart, table, names),
-            names: names.all(),
-            metrics: chart.metrics(),
-            runs: &table.rows,
-            labels: table.rows.iter().map(|row| names.of(row)).collect(),
-            places: (0..table.rows.len()).map(place).collect(),
-            any: table.rows.iter().any(|row| row.point().is_some()),
-            published: &chart.published,
-        }
-    }
-
-    pub(super) fn html(self, title: &str, source: &str, figure: Option<&str>) -> Result<String, Failure> {
-        render("chart.html", Page { title, source, figure, ..self })
-    }
-
-    /// What was found, for the terminal.
-    pub(super) fn words(&self) -> Result<String, Failure> {
-        render("chart.txt", self)
+pub(super) fn shown(
+    chart: &Section,
+    table: &Table,
+    names: &Names,
+    known: &Result<Vec<Compared>, String>,
+) -> Value {
+    let front = table.front();
+    let place = |row: usize| {
+        let place = front.iter().position(|other| *other == row);
+        place.map_or(String::new(), |place| (place + 1).to_string())
+    };
+    context! {
+        about => chart.about.trim(),
+        references => describe::references(chart, names, known),
+        timings => timings(chart, table),
+        cheapest => describe::cheapest(chart, table, names),
+        orders => describe::orders(chart, table, names),
+        // Of the varied keys.
+        names => names.all(),
+        metrics => chart.metrics(),
+        runs => table.rows,
+        // Of the runs: what each is called, and its number on the front.
+        labels => table.rows.iter().map(|row| names.of(row)).collect::<Vec<_>>(),
+        places => (0..table.rows.len()).map(place).collect::<Vec<_>>(),
+        // Has any run both a cost and an error?
+        any => table.rows.iter().any(|row| row.point().is_some()),
+        published => chart.published,
     }
 }
 

@@ -10,9 +10,7 @@ mod raster;
 
 use std::path::PathBuf;
 
-use serde::Serialize;
-
-use crate::page::render;
+use crate::page::{context, render};
 use coupler::failure::Failure;
 use coupler::number::Short;
 
@@ -128,37 +126,12 @@ pub(crate) fn height(frame: &Frame, width: usize) -> usize {
     (width as f64 * (high.1 - low.1) / (high.0 - low.0)).round().max(1.0) as usize
 }
 
-/// What `templates/frames.svg` shows.
-#[derive(Serialize)]
-struct Sheet<'a> {
-    height: f64,
-    /// Of one picture.
-    size: Point,
-    pictures: Vec<Picture<'a>>,
-    /// Colours of the scale, and what they mean.
-    stops: &'static [[u8; 3]],
-    label: &'static str,
-    low: String,
-    high: String,
-    unit: &'a str,
-    /// Of one picture, m.
-    width: String,
-}
-
-#[derive(Serialize)]
-struct Picture<'a> {
-    /// Left and top.
-    corner: Point,
-    caption: &'a str,
-    png: String,
-}
-
 /// Frames of one size beside and below each other as SVG, each below its caption, with the scale of their
 /// colours in `unit`, a size with its name. None: there is no frame.
-pub(crate) fn sheet<'a>(
+pub(crate) fn sheet(
     frames: &[Frame],
-    captions: &'a [String],
-    unit: (f64, &'a str),
+    captions: &[String],
+    unit: (f64, &str),
 ) -> Result<Option<String>, Failure> {
     let Some(first) = frames.first() else { return Ok(None) };
     let scale = Scale::of(frames.iter().map(|frame| Ok::<_, Failure>(frame.values())))?;
@@ -168,23 +141,27 @@ pub(crate) fn sheet<'a>(
     let width = (WIDTH - (columns as f64 - 1.0) * LINE) / columns as f64;
     let size = (width, width * aspect);
     let pixels = (PIXELS * width / WIDTH).min((MOST_PIXELS / aspect).sqrt()).max(1.0) as usize;
-    let picture = |(number, (frame, caption)): (usize, (&Frame, &'a String))| {
+    let picture = |(number, (frame, caption)): (usize, (&Frame, &String))| {
         let (column, row) = ((number % columns) as f64, (number / columns) as f64);
         let raster = draw(frame, &scale, pixels);
+        // Left and top.
         let corner = (column * (width + LINE), row * (size.1 + LINE) + LINE);
-        Ok(Picture { corner, caption, png: base64(&raster.png().map_err(Failure::Run)?) })
+        Ok(context! { corner, caption, png => base64(&raster.png().map_err(Failure::Run)?) })
     };
     let number = |value: f64| Short(value / unit.0).to_string();
-    let sheet = Sheet {
-        height: frames.len().div_ceil(columns) as f64 * (size.1 + LINE) + 1.5 * LINE,
+    let sheet = context! {
         size,
-        pictures: frames.iter().zip(captions).enumerate().map(picture).collect::<Result<_, Failure>>()?,
-        stops: raster::stops(scale.is_signed()),
-        label: first.quantity.label(),
-        low: number(scale.low),
-        high: number(scale.high),
-        unit: unit.1,
-        width: Short(right - left).to_string(),
+        height => frames.len().div_ceil(columns) as f64 * (size.1 + LINE) + 1.5 * LINE,
+        pictures =>
+            frames.iter().zip(captions).enumerate().map(picture).collect::<Result<Vec<_>, Failure>>()?,
+        // Colours of the scale, and what they mean.
+        stops => raster::stops(scale.is_signed()),
+        label => first.quantity.label(),
+        low => number(scale.low),
+        high => number(scale.high),
+        unit => unit.1,
+        // Of one picture, m.
+        width => Short(right - left).to_string(),
     };
     render("frames.svg", sheet).map(Some)
 }

@@ -2,10 +2,10 @@
 //! written.
 
 use bedload_scene::{CheckedScene, Geometry};
-use serde::Serialize;
 
 use super::player::spread;
 use super::run_files::{RunFiles, column};
+use crate::page::{Value, context};
 use crate::pictures::{Frame, GrainSheet, Quantity, Shape, Slice, sheet, sheet_of_grains};
 use crate::table::interpolated;
 use coupler::failure::Failure;
@@ -19,20 +19,11 @@ const MOST_GRAIN_PICTURES: usize = 12;
 /// as figure 6 of Izard et al. (2014) does.
 const REACH: [f64; 3] = [1.6, 1.0, 2.2];
 
-#[derive(Serialize)]
-pub(super) struct Panel {
-    /// SVG; none if there is nothing to draw.
-    pictures: Option<String>,
-    about: String,
-    /// Files that could not be read, and why.
-    faults: Vec<String>,
-}
-
 /// Most grains of a scene whose first one is shown in particular.
 const FEW: usize = 8;
 
 /// Vorticity around the first grain; nothing if the run left no fields, has no grain, or many.
-pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Panel>, Failure> {
+pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Value>, Failure> {
     let Some(scene) = &run.scene else { return Ok(None) };
     let grain = run.grains().first().copied().unwrap_or(0);
     let few = scene.grains.len() <= FEW;
@@ -64,7 +55,7 @@ pub(super) fn vorticity(run: &RunFiles) -> Result<Option<Panel>, Failure> {
     let mirror = if shape.mirrored { ", mirrored about the axis with its sign" } else { "" };
     let (count, total) = (frames.len(), with_field.len());
     let about = format!("Vorticity about y{mirror}. {count} of {total} field files.");
-    Ok((pictures.is_some() || !faults.is_empty()).then_some(Panel { pictures, about, faults }))
+    Ok((pictures.is_some() || !faults.is_empty()).then(|| context! { pictures, about, faults }))
 }
 
 /// Position of a grain at `time` from the series, between its rows, the first of which is the scene's own at
@@ -84,7 +75,7 @@ fn position(run: &RunFiles, scene: &CheckedScene, grain: usize, time: f64) -> [f
 }
 
 /// The grains, coloured by speed.
-pub(super) fn grains(run: &RunFiles) -> Result<Option<Panel>, Failure> {
+pub(super) fn grains(run: &RunFiles) -> Result<Option<Value>, Failure> {
     let files = &run.grain_files;
     let chosen = spread(files.len(), MOST_GRAIN_PICTURES);
     let chosen: Vec<_> = chosen.into_iter().map(|number| files[number].clone()).collect();
@@ -97,5 +88,5 @@ pub(super) fn grains(run: &RunFiles) -> Result<Option<Panel>, Failure> {
         chosen.len() - faults.len(),
         files.len()
     );
-    Ok((pictures.is_some() || !faults.is_empty()).then_some(Panel { pictures, about, faults }))
+    Ok((pictures.is_some() || !faults.is_empty()).then(|| context! { pictures, about, faults }))
 }

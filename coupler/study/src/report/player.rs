@@ -7,6 +7,7 @@ use bedload_scene::Geometry;
 use serde::Serialize;
 
 use super::run_files::RunFiles;
+use crate::page::{Value, context};
 use crate::pictures::{
     Field, Frame, Grain, Instant, NOWHERE, Quantity, Raster, Scale, Shape, View, around, base64, stops,
 };
@@ -59,15 +60,6 @@ struct Player {
     /// Of each instant the outlines of bodies that are not round, m; empty without any.
     outlines: Vec<Vec<Vec<(f64, f64)>>>,
     series: Columns,
-}
-
-/// The player as its template takes it.
-#[derive(Serialize)]
-pub(super) struct Film {
-    /// Which part of the instants is shown.
-    about: String,
-    /// A [`Player`] as JSON that may stand in a page.
-    json: String,
 }
 
 /// A quantity of the fluid on the plane.
@@ -149,8 +141,9 @@ fn sample(field: &Field, (low, high): View, [width, height]: [usize; 2]) -> Vec<
     (0..width * height).map(|p| field.at(at(p % width, p / width)) as f32).collect()
 }
 
-/// The film of a run; none without two instants with anything to see.
-pub(super) fn film(run: &RunFiles) -> Result<Option<Film>, Failure> {
+/// The film of a run: which part of the instants is shown, and a [`Player`] as JSON that may stand in a page;
+/// none without two instants with anything to see.
+pub(super) fn film(run: &RunFiles) -> Result<Option<Value>, Failure> {
     let shape = Shape::of(&run.summary, run.scene.as_ref());
     let read = Read::of(run, shape);
     let (Some(first), true) = (read.frames.first(), read.frames.len() > 1) else { return Ok(None) };
@@ -182,7 +175,7 @@ pub(super) fn film(run: &RunFiles) -> Result<Option<Film>, Failure> {
     player.thin();
     let about = format!("{} of {} instants.", player.times.len(), run.instants.len());
     let json = serde_json::to_string(&player).map_err(|error| Failure::Run(error.to_string()))?;
-    Ok(Some(Film { about, json: json.replace('<', "\\u003c") }))
+    Ok(Some(context! { about, json => json.replace('<', "\\u003c") }))
 }
 
 impl Player {

@@ -1,48 +1,34 @@
 //! The page of a map: counts, map, where each method ends, every run.
 
-use serde::Serialize;
-
 use super::counts::Counts;
-use super::ends::{self, End};
+use super::ends;
 use super::map::Frame;
-use crate::page::render;
-use crate::table::{Row, Table};
+use crate::page::{context, render};
+use crate::table::Table;
 use coupler::failure::Failure;
 
-/// What `templates/stability.html` shows.
-#[derive(Serialize)]
-struct Page<'a> {
-    title: &'a str,
-    about: &'a str,
-    map: &'a str,
-    counts: Counts,
-    x: &'a str,
-    y: &'a str,
-    /// None where y has names.
-    ends: Vec<End>,
-    keys: &'a [String],
-    runs: &'a [Row],
-}
-
 pub(super) fn page(table: &Table, frame: &Frame<'_>, about: &str, map: &str) -> Result<String, Failure> {
-    let page = Page {
-        title: frame.title,
-        about,
-        map,
-        counts: Counts::of(&table.rows),
-        x: frame.x.1,
-        y: frame.y.1,
-        ends: ends::of(table, frame.x.0, frame.y.0),
-        keys: &table.keys,
-        runs: &table.rows,
-    };
-    render("stability.html", page)
+    render(
+        "stability.html",
+        context! {
+            about, map,
+            title => frame.title,
+            counts => Counts::of(&table.rows),
+            x => frame.x.1,
+            y => frame.y.1,
+            // None where y has names.
+            ends => ends::of(table, frame.x.0, frame.y.0),
+            keys => table.keys,
+            runs => table.rows,
+        },
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::classify::Class;
     use super::*;
+    use crate::table::Row;
 
     #[test]
     fn the_page_is_whole_by_itself_and_says_what_is_wrong() {
