@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `command` | the command: which folder holds what |
-//! | `page`, `split` | the page of a run, and the split of its cost |
+//! | `page` | the page of a run |
 //! | `run_files` | what is read of a run, and the scales of its pictures |
 //! | `plots`, `curves` | what is drawn against time, and how |
 //! | `bed` | totals of a bed, and profiles over its height |
@@ -18,6 +18,5 @@ mod panels;
 mod player;
 mod plots;
 mod run_files;
-mod split;
 
 pub use command::report;

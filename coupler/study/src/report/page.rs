@@ -9,8 +9,8 @@ use super::panels;
 use super::player::film;
 use super::plots;
 use super::run_files::RunFiles;
-use super::split::parts;
 use crate::page::{Value, context, render};
+use crate::plot::colour;
 use coupler::failure::Failure;
 
 /// Makes `report.html` in the output folder of a run; returns it. What the run has not left (a log, fields, a
@@ -41,7 +41,7 @@ fn page(run: &RunFiles) -> Result<String, Failure> {
             vorticity => panels::vorticity(run)?,
             grains => panels::grains(run)?,
             plan => run.plan,
-            parts => parts(summary),
+            colours => std::array::from_fn::<_, 5, _>(colour),
             log => run.log,
             ..Value::from_serialize(summary)
         },
