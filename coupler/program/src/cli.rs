@@ -399,13 +399,13 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Check { scene, overrides, until, json, cheaper, accuracy, allow_commands } => {
             let options =
                 RunOptions { overrides, until, no_commands: !allow_commands, ..RunOptions::of_scene(&scene) };
-            study::sections::check(&options)?;
+            study::section::Section::check_all(&options)?;
             let options = with_accuracy(options, accuracy);
             cheaper.map_or_else(|| check::check(&options, json), |name| check::cheaper(&options, &name))
         }
         Command::Run { options, accuracy, verify } => {
             bedload_program::end_with_parent()?;
-            study::sections::check(&options)?;
+            study::section::Section::check_all(&options)?;
             let run = if verify { coupler::verify::run } else { coupler::run::run };
             run(&with_accuracy(options, accuracy), study::report::page::write)
         }

@@ -19,7 +19,6 @@
 //! | `make`, `runs` | the runs of studies, as child processes, several at a time, resumable |
 //! | [`table`] | a row per run, with build and machine |
 //! | `folder` | the files of a study's folder |
-//! | [`sections`] | the sections of a scene that only studies read |
 //! | [`divergence`] | the figure of `bedload replay --compare` |
 //! | `plot` | plots: lines, points, axes, legends |
 //! | `page` | HTML, SVG and text from templates |
@@ -44,7 +43,6 @@ pub mod report;
 mod resolution;
 mod runs;
 pub mod section;
-pub mod sections;
 pub mod stability;
 pub mod study;
 pub mod sweep;

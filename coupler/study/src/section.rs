@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use bedload_program::RunOptions;
 use bedload_scene::{Retired, SceneError, SceneSource};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -450,6 +451,15 @@ impl Section {
             Kind::Stability => whole.stability,
             Kind::Case => toml::from_str(&source.text).ok().and_then(|document: Document| document.case),
         })
+    }
+
+    /// Checks the sections of studies that a scene has: what is wrong there is an error of every command.
+    ///
+    /// # Errors
+    /// As [`find`](Self::find).
+    pub fn check_all(options: &RunOptions) -> Result<(), SceneError> {
+        let source = SceneSource::read(&options.scene, &options.all_overrides())?;
+        Kind::ALL.into_iter().try_for_each(|kind| Self::find(&source, kind).map(drop))
     }
 
     /// Reads the section of a file.
