@@ -43,45 +43,19 @@ pub struct Plan {
     pub folder: PathBuf,
 }
 
-/// What came of the kills of one victim in one kind of run.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Kills.
-    pub kills: usize,
-    /// Of these by SIGTERM or SIGHUP.
-    pub asked: usize,
-    /// Kills after which a process of the run was there 2 s later.
-    pub processes: usize,
-    /// Kills whose shared memory stayed until the next start.
-    pub until_next: usize,
-    /// Kills whose shared memory outlived that.
-    pub segments: usize,
-    /// Logs that cannot be read, or repaired to a whole one.
-    pub logs: usize,
-    /// Exit codes or summaries that do not say what happened.
-    pub summaries: usize,
-    /// Runs that went on from a checkpoint.
-    pub resumed: usize,
-    /// Runs that ended with other bits.
-    pub other_bits: usize,
-    /// Resumes that were refused, or failed, where a whole checkpoint lay.
-    pub refused: usize,
-    /// Runs that had no checkpoint yet and began anew.
-    pub anew: usize,
-}
-
 /// What a storm found.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// By kind of run and victim.
-    pub counts: BTreeMap<(&'static str, &'static str), Counts>,
+    /// By kind of run and victim, each count by its title.
+    pub counts: BTreeMap<(&'static str, &'static str), BTreeMap<&'static str, usize>>,
     /// Broken promises, each with all that is needed to meet it again.
     pub broken: Vec<String>,
     /// Kills that came after the run had ended; they were drawn again.
     pub late: usize,
 }
 
-/// Titles of the table, beside those of kind and victim.
+/// What is counted: the titles of the table, beside those of run and victim. Segments are of shared memory;
+/// those that outlive the next start are left over.
 const COLUMNS: [&str; 11] = [
     "kills",
     "of these TERM, HUP",
@@ -103,7 +77,7 @@ impl Report {
             format!("| run | victim | {} |\n|---|---|{}\n", COLUMNS.join(" | "), "---:|".repeat(11));
         let mut sum = [0; 11];
         for ((kind, victim), counts) in &self.counts {
-            let row = counts.row();
+            let row = COLUMNS.map(|column| counts.get(column).copied().unwrap_or(0));
             let _ =
                 writeln!(text, "| {kind} | {victim} | {} |", row.map(|count| count.to_string()).join(" | "));
             sum.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
@@ -114,25 +88,7 @@ impl Report {
 
     /// Kills so far.
     pub fn kills(&self) -> usize {
-        self.counts.values().map(|counts| counts.kills).sum()
-    }
-}
-
-impl Counts {
-    fn row(&self) -> [usize; 11] {
-        [
-            self.kills,
-            self.asked,
-            self.processes,
-            self.until_next,
-            self.segments,
-            self.logs,
-            self.summaries,
-            self.resumed,
-            self.other_bits,
-            self.refused,
-            self.anew,
-        ]
+        self.counts.values().filter_map(|counts| counts.get("kills")).sum()
     }
 }
 
@@ -273,12 +229,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn counts<'b>(&self, report: &'b mut Report) -> &'b mut Counts {
-        report.counts.entry((self.reference.kind.name, self.victim)).or_default()
+    fn count(&self, report: &mut Report, column: &'static str, number: usize) {
+        assert!(COLUMNS.contains(&column), "{column}");
+        let counts = report.counts.entry((self.reference.kind.name, self.victim)).or_default();
+        *counts.entry(column).or_default() += number;
     }
 
-    fn blame(&self, report: &mut Report, count: fn(&mut Counts) -> &mut usize, what: &str) {
-        *count(self.counts(report)) += 1;
+    fn blame(&self, report: &mut Report, column: &'static str, what: &str) {
+        self.count(report, column, 1);
         report.broken.push(format!("{}, {} killed: {what}", self.name, self.victim));
     }
 
@@ -309,9 +267,8 @@ impl<'a> Run<'a> {
         self.check_traces(report);
         self.victim = strike.victim;
         self.traces = traces;
-        let counts = self.counts(report);
-        counts.kills += 1;
-        counts.asked += usize::from(strike.signal != "KILL");
+        self.count(report, "kills", 1);
+        self.count(report, "of these TERM, HUP", usize::from(strike.signal != "KILL"));
         // an ensemble that loses a run goes on with the others
         let goes_on = work == Work::Ensemble && strike.victim != "coupler";
         let left = |child: &mut Child| {
@@ -328,14 +285,14 @@ impl<'a> Run<'a> {
             let left = left(&mut child);
             self.blame(
                 report,
-                |counts| &mut counts.processes,
+                "left-over processes",
                 &format!("{after}: {} processes are left: {left:?}", left.len()),
             );
             left.iter().for_each(|pid| signal(*pid, "KILL"));
         }
         let output = ended(child);
         let stayed = !self.traces.left().is_empty();
-        self.counts(report).until_next += usize::from(stayed);
+        self.count(report, "segments until the next start", usize::from(stayed));
         if work == Work::Run && (strike.victim != "coupler" || strike.signal != "KILL") {
             self.check_words(&output, began, &after, report);
         }
@@ -379,7 +336,7 @@ impl<'a> Run<'a> {
         if !left.is_empty() {
             self.blame(
                 report,
-                |counts| &mut counts.segments,
+                "left-over segments",
                 &format!("left in shared memory after the next start: {left:?}"),
             );
         }
@@ -401,7 +358,7 @@ impl<'a> Run<'a> {
         if !right {
             let words =
                 format!("{after}: exit code {code:?}, summary `{status}`, said: {}", said(output).trim());
-            self.blame(report, |counts| &mut counts.summaries, &words);
+            self.blame(report, "wrong summaries", &words);
         }
     }
 
@@ -415,7 +372,7 @@ impl<'a> Run<'a> {
     fn check_logs(&self, after: &str, report: &mut Report) {
         for log in logs(&self.out) {
             if let Err(what) = readable(&log) {
-                self.blame(report, |counts| &mut counts.logs, &format!("{after}: {what}"));
+                self.blame(report, "unreadable logs", &format!("{after}: {what}"));
             }
         }
     }
@@ -426,9 +383,7 @@ impl<'a> Run<'a> {
         let work = self.reference.kind.work;
         let output = ended(start(&arguments(work, &self.scene, &self.out, resume)));
         self.check_traces(report);
-        let counts = self.counts(report);
-        counts.resumed += usize::from(resume);
-        counts.anew += usize::from(!resume);
+        self.count(report, if resume { "went on" } else { "began anew" }, 1);
         self.end(&output, report);
     }
 
@@ -438,11 +393,11 @@ impl<'a> Run<'a> {
         if output.status.code() != Some(0) {
             let words =
                 format!("it does not go on: exit code {:?}: {}", output.status.code(), said(output).trim());
-            self.blame(report, |counts| &mut counts.refused, &words);
+            self.blame(report, "resumes refused", &words);
             return;
         }
         for file in differences(self.reference.kind.work, &self.reference.out, &self.out) {
-            self.blame(report, |counts| &mut counts.other_bits, &format!("{file} differs"));
+            self.blame(report, "not the same bits", &format!("{file} differs"));
         }
     }
 }
