@@ -14,7 +14,7 @@ use protocol::participant::Role;
 use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
-use crate::scratch::Scratch;
+use crate::scratch::scratch;
 use crate::supervise::program;
 
 /// A solver as a command.
@@ -107,7 +107,7 @@ impl Solver {
         let no_room = |what: String| {
             Failure::Run(format!("{what}; free some room there, or name another folder in TMPDIR"))
         };
-        let folder = Scratch::new().map_err(no_room)?;
+        let folder = scratch().map_err(no_room)?;
         let path = folder.path().join("scene.toml");
         resolved_scene(&in_full(scene), None, None, None)
             .map_err(|error| error.to_string())

@@ -24,7 +24,7 @@ use serde::Serialize;
 use crate::coupled::write_scene;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
-use crate::scratch::Scratch;
+use crate::scratch::scratch;
 use crate::solo_run::Setup;
 use bench::Bench;
 use cases::CASES;
@@ -99,7 +99,7 @@ pub fn conformance(options: &Options) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }
-    let folder = Scratch::new().map_err(Failure::Run)?;
+    let folder = scratch().map_err(Failure::Run)?;
     if options.physics && options.role == Some(Role::Fluid) {
         let what = "--physics bounces spheres of a DEM: give --role dem with it, or leave --role out";
         return Err(Failure::Input(what.into()));

@@ -27,7 +27,7 @@ use crate::failure::Failure;
 use crate::number::Short;
 use crate::number::norm;
 use crate::prepare::Prepared;
-use crate::scratch::Scratch;
+use crate::scratch::scratch;
 use bedload_scene::speeds::drive;
 use change::Change;
 
@@ -111,7 +111,7 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 /// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
     let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
-    let folder = Scratch::new().ok()?;
+    let folder = scratch().ok()?;
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, &scene).ok()?;
     let changed = Prepared::new(&RunOptions {

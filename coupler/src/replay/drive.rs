@@ -21,7 +21,7 @@ use super::substeps::{Substeps, aimed_at};
 use crate::config::Coupling;
 use crate::failure::Failure;
 use crate::number::Short;
-use crate::scratch::Scratch;
+use crate::scratch::scratch;
 use crate::solo_run::{Setting, Setup, SoloRun, Turn};
 use crate::solvers::Solver;
 
@@ -41,8 +41,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
                 .into(),
         ));
     }
-    let scratch = Scratch::new().map_err(Failure::Run)?;
-    let (setup, substeps) = prepare(request, &reader, scratch.path())?;
+    let folder = scratch().map_err(Failure::Run)?;
+    let (setup, substeps) = prepare(request, &reader, folder.path())?;
     let divergence = Divergence::new(setup.role, &setup.scene);
     let title = reader.manifest().title.clone();
     let begin = Instant::now();
