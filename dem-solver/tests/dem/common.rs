@@ -24,8 +24,8 @@ pub(crate) fn dem(spec: &DemSpec) -> Dem {
     Dem::new(spec).expect("valid spec")
 }
 
-/// Restitution and duration, s, of an isolated collision under the clipped law: of the damped oscillation only
-/// the time in which the force pushes. The duration is over t_c where the stiffness is given.
+/// Restitution and duration, s, of an isolated collision under the clipped law: of the damped oscillation
+/// only the time in which the force pushes. The duration is over t_c where the stiffness is given.
 pub(crate) fn effective(law: &LinearSpringDashpot) -> (f64, f64) {
     let pair = law.pair();
     let decay = 0.5 * pair.damping;

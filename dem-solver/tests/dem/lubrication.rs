@@ -343,8 +343,8 @@ fn moving_wall_carries_the_grain() {
     );
 }
 
-/// The film of two grains over one sub-step gives the impulse of the law, be the path so short that the solver
-/// has a series for it, or longer.
+/// The film of two grains over one sub-step gives the impulse of the law, be the path so short that the
+/// solver has a series for it, or longer.
 #[test]
 fn one_film_gives_the_impulse_of_the_law() {
     let (mut short, mut long) = (0, 0);
