@@ -7,7 +7,7 @@ use crate::bounds::{self, LARGEST_DASHPOT};
 use crate::grain::{Grain, Shape};
 use crate::laws::linear::LinearSpringDashpot;
 use crate::motion::{Motion, Vec3};
-use crate::spec::DemSpec;
+use crate::spec::{DemSpec, Integrator};
 use crate::takes_bulk;
 
 const LEAST_STEPS: f64 = DemFacts::LEAST_CONTACT_STEPS;
@@ -39,7 +39,8 @@ pub(crate) fn facts(
             ));
         }
     }
-    let dt = step.dt.unwrap_or(contact_time / step.steps_per_contact);
+    let dt =
+        step.dt.unwrap_or(contact_time / step.steps_per_contact).min(gravity_step(scene, spec, can_touch));
     // In a coupled run the coupler divides windows on its own, and judges what comes out.
     let judged = scene.scene.medium.is_none() && !step.coarse;
     let key = if step.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
@@ -89,6 +90,17 @@ pub(crate) fn facts(
         ));
     }
     Ok(facts)
+}
+
+/// The longest sub-step of a grain that can touch nothing, where gravity changes, s: only symplectic Euler
+/// takes the exact path of a free flight.
+fn gravity_step(scene: &CheckedScene, spec: &DemSpec, can_touch: bool) -> f64 {
+    if can_touch || spec.integrator == Integrator::SymplecticEuler {
+        return f64::INFINITY;
+    }
+    let (gravity, until) = (&spec.gravity, scene.scene.until);
+    let steepest = gravity.largest(until) / (16.0 * gravity.fastest(until));
+    gravity.longest_step(0.0).min(steepest).max(1e-5 * until)
 }
 
 /// Cost of a grain and sub-step, s, as measured: with films (114 to 145 ns), without (38 ns: `repose`), and

@@ -4,7 +4,7 @@ use crate::bulk::engine::Bulk;
 use crate::bulk::window::Wanted;
 use crate::error::AdvanceError;
 use crate::general::bodies::{BodyContacts, gap_between, gap_to_wall};
-use crate::general::engine::General;
+use crate::general::engine::{EXACT_GAPS, General};
 use crate::general::evaluation::Window;
 use crate::grains::Grains;
 use crate::motion::Vec3;
@@ -83,10 +83,14 @@ impl Dem {
         Ok(self.report(&done))
     }
 
-    fn report(&self, done: &Done) -> WindowReport {
+    fn report(&mut self, done: &Done) -> WindowReport {
         let mut smallest_gap = self.observed.smallest_gap.iter().copied().fold(f64::INFINITY, f64::min);
         if self.is_bulk() && done.overlap > 0.0 {
             smallest_gap = smallest_gap.min(-done.overlap);
+        }
+        let exact = !self.is_bulk() && self.grains.len() <= EXACT_GAPS;
+        if smallest_gap > self.around.range && !exact && done.outcome.finite {
+            smallest_gap = self.nearest_gap(smallest_gap);
         }
         WindowReport {
             n_sub_done: done.outcome.done,
@@ -169,6 +173,43 @@ fn gaps_to_walls(
 }
 
 impl Dem {
+    /// The smallest gap between two grains or to a wall, m, no larger than `least`: for grains of which none
+    /// is within the watched range.
+    fn nearest_gap(&mut self, mut least: f64) -> f64 {
+        let Self { grains, around, search, engine, time, .. } = self;
+        let bodies = match engine {
+            Running::General(general) => general.evaluation.bodies.as_deref(),
+            Running::Bulk(_) => None,
+        };
+        let Surroundings { periods, walls, range, .. } = &*around;
+        for wall in walls.iter().filter(|wall| wall.acts(*time)) {
+            least = (0..grains.len())
+                .map(|i| gap_to_wall((grains, bodies), i, wall, *time))
+                .fold(least, f64::min);
+        }
+        // As far as the ends of all there is, unless something is nearer.
+        let mut ends = [Vec3::from([f64::INFINITY; 3]), Vec3::from([f64::NEG_INFINITY; 3])];
+        for x in &grains.position {
+            ends = [ends[0].inf(x), ends[1].sup(x)];
+        }
+        let (farthest, radii) = ((ends[1] - ends[0]).norm(), grains.radius.iter().copied());
+        let mut reach = range.max(radii.fold(0.0, f64::max));
+        loop {
+            search.0.prepare(&grains.position, &grains.radius, reach, periods);
+            for i in 0..grains.len() {
+                search.1.clear();
+                search.0.partners(i, &grains.position, &grains.radius, reach, periods, &mut search.1);
+                for &j in &search.1 {
+                    least = least.min(gap_between((grains, bodies), periods, [i, j as usize], least));
+                }
+            }
+            if least <= reach || reach >= farthest {
+                return least;
+            }
+            reach *= 2.0;
+        }
+    }
+
     /// Gap of a grain to the nearest other one or wall, m, however far away; infinite if there is none.
     #[must_use]
     pub fn gap_of(&self, grain: usize) -> f64 {

@@ -201,8 +201,15 @@ impl Response {
     pub(crate) fn set_gravity(&mut self, grains: &Grains, gravity: Vec3) {
         let change = gravity - std::mem::replace(&mut self.gravity, gravity);
         for i in 0..grains.len() {
-            self.acceleration[i] += self.inverse_mass[i].component_mul(&change) * grains.mass[i];
+            let gained = self.fall(grains, i, &change);
+            self.acceleration[i] += gained;
         }
+    }
+
+    /// Acceleration of grain `i` by `gravity`, m/s².
+    #[inline(always)]
+    pub(crate) fn fall(&self, grains: &Grains, i: usize, gravity: &Vec3) -> Vec3 {
+        self.inverse_mass[i].component_mul(gravity) * grains.mass[i]
     }
 
     /// m* of grain `i` against grain `j`, or against a wall; grains that only turn count with their own

@@ -38,7 +38,7 @@ pub struct WindowReport {
     /// Sub-steps done: as many as asked, unless the state stopped being finite.
     pub n_sub_done: u32,
     /// Smallest gap of any grain to another or to a wall, m: over all sub-steps within the watched
-    /// range, and at the end of the window. Infinite if nothing was near. Negative: overlap.
+    /// range, and at the end of the window. Infinite if there is nothing else. Negative: overlap.
     pub smallest_gap: f64,
     /// Largest overlap over all sub-steps, m; zero without contact.
     pub largest_overlap: f64,

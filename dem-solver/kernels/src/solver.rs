@@ -12,6 +12,7 @@ use crate::motion::Vec3;
 use crate::periods::Periods;
 use crate::report::{Dissipated, Observations};
 use crate::search::lists::Neighbours;
+use crate::search::pairs::PairSearch;
 use crate::spec::DemSpec;
 use crate::state::SavedContact;
 use crate::surroundings::Surroundings;
@@ -34,6 +35,8 @@ pub struct Dem {
     pub(crate) orientation: bool,
     shape: Shape,
     skin: f64,
+    /// Grains near each other, where none is within the watched range, and those near one of them.
+    pub(crate) search: (PairSearch, Vec<u32>),
 }
 
 /// The engine that does the work.
@@ -80,6 +83,7 @@ impl Dem {
             orientation: spec.orientation,
             shape: spec.shape,
             skin: spec.skin(),
+            search: Default::default(),
             grains,
         })
     }

@@ -7,8 +7,10 @@ use crate::motion::Vec3;
 pub struct SplitRow {
     /// Sub-step of the window, from 0.
     pub substep: u32,
-    /// End of the sub-step, s.
+    /// Its end, s.
     pub time: f64,
+    /// Length, s.
+    pub dt: f64,
     /// Grain.
     pub grain: usize,
     /// Centre at the end, m.
@@ -81,6 +83,7 @@ impl Split {
             self.rows.push(SplitRow {
                 substep,
                 time,
+                dt,
                 grain,
                 position,
                 velocity,

@@ -52,8 +52,8 @@ impl Substeps {
         text.push('\n');
         for (place, row) in dem.observations().split.rows().iter().enumerate() {
             let place = place % self.grains.len();
-            let values =
-                values(row, &dem.grains, gravity.at(row.time).into(), loads[row.grain], self.before[place]);
+            let mean = gravity.mean(row.time - row.dt, row.time).into();
+            let values = values(row, &dem.grains, mean, loads[row.grain], self.before[place]);
             let _ = write!(text, "{},{},{}", row.substep, row.time, row.grain);
             for value in values {
                 for &(c, _) in components {

@@ -361,3 +361,21 @@ fn a_grain_that_leaves_through_a_wall_is_named() {
         assert_eq!((report.first_non_finite, report.lost), (None, Some(200)), "{engine:?}");
     }
 }
+
+/// The smallest gap of a window in which nothing is near is that of all pairs and walls, however many there
+/// are, across a period, too.
+#[test]
+fn the_smallest_gap_is_known_where_nothing_is_near() {
+    for (engine, count) in [(Engine::General, 64), (Engine::General, 65), (Engine::Bulk, 300)] {
+        // spheres on a line, the nearest ones over the edge of the box, or one above a floor
+        for (edge, height, gap) in [(0.3, 9.0, 0.3), (8.0, 9.0, 2.0), (8.0, 2.2, 1.7)] {
+            let grain = |k: usize| Grain::new([3.0 * k as f64, 0.0, height], 0.5, 1.0);
+            let mut set_up = spec((0..count).map(grain).collect(), law(0.5, 0.01));
+            (set_up.engine, set_up.walls) = (engine, vec![floor()]);
+            set_up.periods[0] = Some((0.0, 3.0 * (count - 1) as f64 + 1.0 + edge));
+            let mut solver = dem(&set_up);
+            let found = solver.advance(0.01, 2, &[]).expect("advances").smallest_gap;
+            assert!((found - gap).abs() < 1e-9, "{engine:?}, {count}: {found} for {gap}");
+        }
+    }
+}

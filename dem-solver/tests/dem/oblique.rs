@@ -1,8 +1,9 @@
 //! Oblique collision of two spheres (Izard et al. 2014, §3.2, figure 3) against the converged solution of its
 //! model.
-use crate::common::{dem, effective, spec};
-use dem_solver::LinearSpringDashpot;
-use dem_solver::{Engine, Grain, Integrator, Shape};
+use crate::common::{add_body, dem, effective, floor, law, spec};
+use bedload_scene::Outline;
+use dem_solver::{DemSpec, LinearSpringDashpot};
+use dem_solver::{Engine, Freedom, Grain, Integrator, Shape};
 
 struct Row {
     ratio: f64,
@@ -28,7 +29,7 @@ fn table() -> Vec<Row> {
 
 /// The acetate spheres of Izard et al. (2014) with their tangential law: no dashpot.
 fn acetate(ratio: f64, friction: f64) -> LinearSpringDashpot {
-    let mut law = crate::common::law(0.87, 1e-5);
+    let mut law = law(0.87, 1e-5);
     law.friction = friction;
     law.stiffness_ratio = ratio;
     law.damping_ratio = 0.0;
@@ -137,5 +138,51 @@ fn gross_sliding_takes_friction_times_normal_impulse() {
         let found = psi2(law, shape, 8.0, 8000);
         println!("{shape:?}: {found:.5}, exact {exact:.5}");
         assert!((found - exact).abs() < 1e-3, "{shape:?}: {found} instead of {exact}");
+    }
+}
+
+/// Friction impulse over normal impulse of a grain that hits the floor at Ψ₁ = 5, μ = 0.5, e = 0.5, where it
+/// touches `phase` of the first of `n` sub-steps per contact time before their end.
+fn friction_on_floor(set_up: &mut DemSpec, n: u32, phase: f64) -> f64 {
+    let t_c = 1e-5;
+    let (radius, grain) = (set_up.grains[0].radius, &mut set_up.grains[0]);
+    grain.position = [0.0, 0.0, radius + (1.0 - phase) * t_c / f64::from(n)];
+    grain.velocity = [5.0, 0.0, -1.0];
+    set_up.walls.push(floor());
+    let mut solver = dem(set_up);
+    solver.advance(2.0 * t_c, 2 * n, &[]).expect("advances");
+    let v = solver.grains.velocity[0];
+    assert!(v.z > 0.4, "{v:?}");
+    (5.0 - v.x) / (v.z + 1.0)
+}
+
+/// A contact that slides all along bears friction times its normal impulse wherever in a sub-step the touch
+/// falls: a dashpot that acts for more than a step in the first does not wind the spring back for all of it.
+#[test]
+fn a_contact_that_slides_from_the_touch_on_bears_all_its_friction() {
+    let mut law = law(0.5, 1e-5);
+    law.friction = 0.5;
+    assert!(law.damping_ratio > 0.0);
+    let round = |shape, integrator, engine| {
+        let grain = Grain { free: Freedom::PLANE, ..Grain::new([0.0; 3], 0.5, 1.0) };
+        let mut set_up = spec(vec![grain], law);
+        (set_up.shape, set_up.integrator, set_up.engine) = (shape, integrator, engine);
+        set_up
+    };
+    let mut body = spec(Vec::new(), law);
+    add_body(&mut body, Outline::Ellipse { semi_axes: [0.5; 2] }, [0.0; 3], 1.0);
+    for (name, set_up) in [
+        ("general", round(Shape::Sphere, Integrator::SymplecticEuler, Engine::General)),
+        ("Verlet", round(Shape::Sphere, Integrator::VelocityVerlet, Engine::General)),
+        ("RK3", round(Shape::Sphere, Integrator::Rk3, Engine::General)),
+        ("bulk", round(Shape::Sphere, Integrator::SymplecticEuler, Engine::Bulk)),
+        ("body", body),
+    ] {
+        for n in [50, 500] {
+            let found = (0..8).map(|k| friction_on_floor(&mut set_up.clone(), n, f64::from(k) / 8.0));
+            let found: Vec<f64> = found.collect();
+            println!("{name}, t_c/{n}: {found:.4?}");
+            assert!(found.iter().all(|found| (found - 0.5).abs() < 1e-3), "{name}, t_c/{n}: {found:?}");
+        }
     }
 }

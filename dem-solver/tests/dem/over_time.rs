@@ -143,3 +143,23 @@ fn a_table_leads_along_its_integral() {
         assert_eq!(<[f64; 3]>::from(g.velocity[0]), [-1.0, 0.0, 0.5]);
     }
 }
+
+/// Where nothing can be touched a window is one sub-step, and its path exact.
+#[test]
+fn a_lone_grain_falls_as_gravity_says_whatever_the_window() {
+    let ramp = OverTime::table(vec![(0.0, [0.0; 3]), (1.0, [0.0, 0.0, -10.0])]);
+    for (gravity, falls) in [(ramp, -35.0 / 3.0), (sine([0.0, 0.0, 3.0], 1.0), f64::NAN)] {
+        // of the sine: 3 ∫ sin(2π s + 0.4) (2 − s) ds
+        let falls = if falls.is_nan() { 3.0 * 2.0 * 0.4_f64.cos() / TAU } else { falls };
+        for windows in [1, 7, 200] {
+            let mut set_up = spec(vec![Grain::new([0.0; 3], 0.5, 1.0)], law(0.5, 0.01));
+            set_up.gravity = gravity.clone();
+            let mut solver = dem(&set_up);
+            for _ in 0..windows {
+                solver.advance(2.0 / f64::from(windows), 1, &[]).expect("advances");
+            }
+            let wrong = solver.grains.position[0].z - falls;
+            assert!(wrong.abs() < 1e-12, "{gravity:?} in {windows} windows: {wrong:e}");
+        }
+    }
+}

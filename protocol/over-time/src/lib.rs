@@ -145,6 +145,24 @@ impl<T: Quantity> OverTime<T> {
         }
     }
 
+    /// ∫ (value − mean) (to − t) dt between two times, s: where the value is an acceleration, how far a path
+    /// leads that of its mean, m.
+    #[must_use]
+    pub fn lead(&self, from: f64, to: f64) -> T {
+        match self {
+            Self::Constant(_) => T::ZERO,
+            Self::Table(table) => table.lead(from, to),
+            Self::Sine(sine) => {
+                // the sine is odd about the middle but for its mean
+                let half = 0.5 * (to - from) * TAU * sine.frequency;
+                let odd =
+                    if half < 1e-3 { half / 3.0 } else { (half.sin() - half * half.cos()) / (half * half) };
+                let middle = sine.angle(0.5 * (from + to)).cos();
+                T::ZERO.plus(-0.5 * (to - from).powi(2) * middle * odd, &sine.amplitude)
+            }
+        }
+    }
+
     /// What is linear in the value, such as a component: the same function of time of `of`(value).
     #[must_use]
     pub fn map<U: Quantity>(&self, of: impl Fn(&T) -> U) -> OverTime<U> {
@@ -390,6 +408,20 @@ impl<T: Quantity> Table<T> {
             at = row;
         }
         T::ZERO.plus(1.0 / (to - from), &sum)
+    }
+
+    /// [`OverTime::lead`] over the linear parts between the rows on the way.
+    fn lead(&self, from: f64, to: f64) -> T {
+        let middle = 0.5 * (from + to);
+        let (mut sum, mut at) = (T::ZERO, (from, self.at(from)));
+        let rows = self.rows[self.before(from)..self.before(to).max(self.before(from))].iter().copied();
+        for row in rows.chain([(to, self.at(to))]) {
+            let (width, arm) = (row.0 - at.0, middle - 0.5 * (at.0 + row.0));
+            let (mean, slope) = (0.5 * width * arm, width * width / 12.0);
+            sum = sum.plus(mean + slope, &at.1).plus(mean - slope, &row.1);
+            at = row;
+        }
+        sum
     }
 
     /// Start, end and slope of each part.

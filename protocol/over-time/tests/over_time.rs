@@ -16,11 +16,16 @@ fn means_and_integrals_are_those_of_the_values() {
         for (from, to) in [(0.0, 0.1), (0.0, 3.0), (0.3, 0.4), (0.2, 2.5), (-2.0, 0.3), (2.5, 4.0)] {
             let n = 200_000;
             let h = (to - from) / f64::from(n);
-            let mut sum = [0.0; 3];
+            let (mut sum, mut lead) = ([0.0; 3], [0.0; 3]);
             for k in 0..n {
-                let at = value.at(from + (f64::from(k) + 0.5) * h);
-                sum.iter_mut().zip(at).for_each(|(sum, at)| *sum += h * at);
+                let t = from + (f64::from(k) + 0.5) * h;
+                for (c, at) in value.at(t).into_iter().enumerate() {
+                    sum[c] += h * at;
+                    lead[c] += h * at * (0.5 * (from + to) - t);
+                }
             }
+            let found = value.lead(from, to);
+            assert!((0..3).all(|c| (found[c] - lead[c]).abs() < 1e-8), "{value:?} from {from} to {to}");
             let (mean, ways) = (value.mean(from, to), [value.integral(from), value.integral(to)]);
             for c in 0..3 {
                 assert!((mean[c] * (to - from) - sum[c]).abs() < 1e-8, "{value:?} from {from} to {to}");

@@ -129,7 +129,8 @@ impl<L: Lanes> LawLanes<L> {
         let carried = self.carry(token, c, *spring, turn.scale(self.dt));
         let mut s = slip.scale_plus(slipped, carried);
         // F_t = −min(|k_t δ_t + γ_t v_t|, μ F_n) along itself, eq. 16
-        let drag = slip.scale(dashpot * (self.tangential_damping * c.mass));
+        let gamma = self.tangential_damping * c.mass;
+        let drag = slip.scale(dashpot * gamma);
         let mut tangential = s.scale_plus(self.tangential_stiffness * c.mass, drag);
         let size2 = tangential.dot(tangential);
         let limit = self.friction * normal;
@@ -138,6 +139,8 @@ impl<L: Lanes> LawLanes<L> {
             let cut = tangential.scale(limit / size2.sqrt());
             tangential = cut.select(sliding, tangential);
             if self.has_spring {
+                // no more of the dashpot than acts in the next step
+                let drag = slip.scale(dashpot.select(dashpot.lt(self.one), self.one) * gamma);
                 let cut_back = cut.minus(drag).scale(c.inverse_mass * self.compliance);
                 s = cut_back.select(sliding, s);
             }

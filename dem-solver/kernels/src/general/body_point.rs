@@ -86,14 +86,14 @@ impl Place {
             return ([0.0; 2], now.gap);
         }
         *spring += path.slip * slipped;
-        let (k_t, drag) =
-            (law.tangential_stiffness * mass, law.tangential_damping * mass * now.slip * dashpot);
+        let (k_t, drag) = (law.tangential_stiffness * mass, law.tangential_damping * mass * now.slip);
         let limit = law.friction * push;
-        let mut across_force = -(*spring * k_t + drag);
+        let mut across_force = -(*spring * k_t + drag * dashpot);
         if across_force.abs() > limit {
             across_force = limit.copysign(across_force);
             if k_t > 0.0 {
-                *spring = -(across_force + drag) / k_t;
+                // no more of the dashpot than acts in the next step
+                *spring = -(across_force + drag * dashpot.min(1.0)) / k_t;
             }
         }
         let tangent = across(self.normal);

@@ -231,13 +231,13 @@ pub(crate) fn resolve(
         *spring = Vec3::zeros();
         return (Vec3::zeros(), Vec3::zeros(), rate);
     }
-    let slip = now.slip(n, frame.arms) * onset.dashpot;
+    let slip = now.slip(n, frame.arms);
     let turn = path.turning(frame) * dt;
     let stepped = |spring: &Vec3| carry(*spring, n, &turn) + path.slip(n, frame.arms) * onset.slipped;
     if before {
         *spring = stepped(spring);
     }
-    let tangential = tangential_force(law, frame.mass, normal, &slip, spring);
+    let tangential = tangential_force(law, frame.mass, normal, (&slip, onset.dashpot), spring);
     if !before {
         *spring = stepped(spring);
     }

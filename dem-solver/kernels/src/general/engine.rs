@@ -26,7 +26,7 @@ use crate::spec::{DemSpec, Integrator};
 use crate::surroundings::Surroundings;
 
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
-const EXACT_GAPS: usize = 64;
+pub(crate) const EXACT_GAPS: usize = 64;
 
 /// The engine.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ impl General {
         while outcome.done < n_sub && outcome.finite {
             let speed = self.substep(window, time + f64::from(outcome.done) * dt, dt);
             if n_sub == 1 && self.integrator == Integrator::SymplecticEuler {
-                self.centre_flights(window.grains, dt);
+                self.centre_flights(window, time, dt);
             }
             let end = time + f64::from(outcome.done + 1) * dt;
             let now = (&window.grains.position[..], &window.grains.velocity[..]);
@@ -89,12 +89,15 @@ impl General {
     }
 
     /// A window of one sub-step: grains that touched nothing have moved with their mean velocity, as in a
-    /// window of many, not with the last one.
-    fn centre_flights(&self, grains: &mut Grains, dt: f64) {
+    /// window of many, not with the last one; with a gravity that changes, along their exact path.
+    fn centre_flights(&self, window: &mut Window<'_>, time: f64, dt: f64) {
+        let Window { grains, response, gravity, .. } = window;
+        let lead = gravity.map_or(Vec3::zeros(), |gravity| gravity.lead(time, time + dt).into());
         let Forces { contact, lubrication, .. } = &self.evaluation.forces;
         for i in 0..grains.len() {
             if grains.responds(i) && contact[i] == Vec3::zeros() && lubrication[i] == Vec3::zeros() {
-                grains.position[i] -= (grains.velocity[i] - self.start.0[i]) * (0.5 * dt);
+                let falls = response.fall(grains, i, &lead);
+                grains.position[i] += falls - (grains.velocity[i] - self.start.0[i]) * (0.5 * dt);
             }
         }
     }

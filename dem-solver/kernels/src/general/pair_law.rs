@@ -113,11 +113,11 @@ impl<L: Lanes8> Contacts<L> {
         let push = (zero - self.mass) * (law.stiffness * self.gap + law.damping * (rate * dashpot));
         let normal = push.max(zero);
         let bears: u8 = self.gap.lt(zero) & zero.lt(normal);
-        let slip = self.now.slip(n, self.arms).scale(dashpot);
+        let slip = self.now.slip(n, self.arms);
         let turn = self.path.turning(token, n, self.distance).scale(dt);
         let mut spring = carry(token, spring, n, turn).plus(self.path.slip(n, self.arms).scale(slipped));
         let (k_t, gamma) = (law.tangential_stiffness * self.mass, law.tangential_damping * self.mass);
-        let drag = slip.scale(gamma);
+        let drag = slip.scale(dashpot).scale(gamma);
         let none = Vec3Lanes(zero, zero, zero);
         let mut tangential = none.minus(spring.scale(k_t).plus(drag));
         let limit = law.friction * normal;
@@ -126,6 +126,8 @@ impl<L: Lanes8> Contacts<L> {
         if sliding != 0 {
             let cut = tangential.scale(limit / size2.sqrt());
             tangential = cut.select(sliding, tangential);
+            // no more of the dashpot than acts in the next step
+            let drag = slip.scale(dashpot.select(dashpot.lt(k(1.0)), k(1.0))).scale(gamma);
             let back = none.minus(cut.plus(drag));
             let back = Vec3Lanes(back.0 / k_t, back.1 / k_t, back.2 / k_t);
             spring = back.select(sliding & zero.lt(k_t), spring);

@@ -26,12 +26,20 @@ pub fn carry(spring: Vec3, n: &Vec3, turn: &Vec3) -> Vec3 {
 
 /// F_t on the first partner, N, for the slip velocity `slip` of its surface against the other.
 ///
-/// `mass` is m*, `normal` F_n ≥ 0. Cuts the spring back when the contact slides.
+/// `mass` is m*, `normal` F_n ≥ 0, `part` the factor on the dashpot in the step in which a contact begins.
+/// Cuts the spring back when the contact slides: for what the dashpot does from the next step on, no more of
+/// it than acts there.
 #[inline(always)]
-pub fn tangential_force(law: &LinearPair, mass: f64, normal: f64, slip: &Vec3, spring: &mut Vec3) -> Vec3 {
+pub fn tangential_force(
+    law: &LinearPair,
+    mass: f64,
+    normal: f64,
+    (slip, part): (&Vec3, f64),
+    spring: &mut Vec3,
+) -> Vec3 {
     let k_t = law.tangential_stiffness * mass;
     let gamma_t = law.tangential_damping * mass;
-    let trial = -(*spring * k_t + slip * gamma_t);
+    let trial = -(*spring * k_t + slip * part * gamma_t);
     let limit = law.friction * normal;
     let trial2 = trial.norm_squared();
     if trial2 <= limit * limit {
@@ -39,7 +47,7 @@ pub fn tangential_force(law: &LinearPair, mass: f64, normal: f64, slip: &Vec3, s
     }
     let force = trial * (limit / trial2.sqrt());
     if k_t > 0.0 {
-        *spring = -(force + slip * gamma_t) / k_t;
+        *spring = -(force + slip * part.min(1.0) * gamma_t) / k_t;
     }
     force
 }

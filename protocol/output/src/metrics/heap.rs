@@ -1,6 +1,6 @@
 //! Metrics of granular columns and of the heaps that they leave.
 
-use bedload_scene::{CheckedScene, Column, HeapEnd, HeapSlope, MetricKind, SceneError};
+use bedload_scene::{CheckedScene, Column, HeapEnd, HeapSlope, MetricKind, Motion, SceneError};
 
 use super::accumulator::Accumulator;
 use super::deposit::{Heap, Surface};
@@ -11,6 +11,7 @@ use crate::points::published_points;
 
 /// The rule of metric `index`, which is about a column.
 pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneError> {
+    round(scene, index)?;
     let kind = &scene.scene.metrics[index].kind;
     let column = kind.column().unwrap_or(Column::at_rest(1.0, 0.0));
     let rule = match kind {
@@ -43,10 +44,27 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
 }
 
 /// The rule of the slope of a heap.
-pub(super) fn slope(HeapSlope { centre, bin, between }: HeapSlope) -> Rule {
+pub(super) fn slope(
+    scene: &CheckedScene,
+    index: usize,
+    HeapSlope { centre, bin, between }: HeapSlope,
+) -> Result<Rule, SceneError> {
+    round(scene, index)?;
     let heap = move |last: &LastState| heap(last, &Column { bin, ..Column::at_rest(1.0, centre) });
-    Rule::of_last(move |last| heap(last).angle(between))
-        .leaving("heap.csv", move |last| Some(heap(last).table(None)))
+    Ok(Rule::of_last(move |last| heap(last).angle(between))
+        .leaving("heap.csv", move |last| Some(heap(last).table(None))))
+}
+
+/// Heaps are those of spheres and discs.
+fn round(scene: &CheckedScene, index: usize) -> Result<(), SceneError> {
+    let odd = scene.grains.iter().position(|grain| grain.motion == Motion::Free && !grain.shape.is_round());
+    odd.map_or(Ok(()), |grain| {
+        Err(scene.source.error(
+            &format!("metrics[{index}].kind"),
+            format!("is of a heap of spheres or discs, but grain {grain} is not round"),
+            "take the columns `run_out` and `height` of series.csv, which go by outlines",
+        ))
+    })
 }
 
 /// A rule about a column as it is let go.

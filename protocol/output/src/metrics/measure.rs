@@ -173,7 +173,7 @@ fn rule(scene: &CheckedScene, index: usize, columns: &Columns, sides: Sides) -> 
     let kind = &scene.scene.metrics[index].kind;
     match kind {
         MetricKind::ObliqueError { file, select } => oblique::rule(scene, index, file, select),
-        MetricKind::HeapAngle(slope) => Ok(heap::slope(*slope)),
+        MetricKind::HeapAngle(slope) => heap::slope(scene, index, *slope),
         _ if kind.column().is_some() => heap::rule(scene, index),
         _ => match bounce::rule(scene, kind).or_else(|| end::rule(scene, kind)) {
             Some(rule) => Ok(rule),

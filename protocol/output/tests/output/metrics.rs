@@ -1,6 +1,7 @@
 //! Metrics against exact values of analytic trajectories.
 
 use bedload_output::{Columns, Metrics, MetricsState, Sides};
+use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 
@@ -310,6 +311,28 @@ fn an_unknown_column_is_refused_with_the_known_ones() {
     // A DEM alone cannot know what the fluid adds: it goes on without.
     let metrics = Metrics::new(&scene, &Columns::new(&scene, Sides::dry()), Sides::dry()).expect("runs");
     assert_eq!(metrics.finish()["mean"].note.as_deref(), Some("this run has no column `flow_rate`"));
+}
+
+/// A heap has the surfaces of spheres and discs: it would be as high as circles about the bodies.
+#[test]
+fn a_heap_of_bodies_that_are_not_round_is_refused() {
+    let text = |grain: &str, kind: &str| {
+        format!(
+            "until = 1.0\ngravity = [0.0, 0.0, -1.0]\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\n\
+             upper = [9.0, 9.0]\nboundary = {{ x = \"no-slip\", z = \"no-slip\" }}\n[[grains]]\n{grain}\n\
+             position = [4.0, 0.0, 2.0]\ndensity = 1.0\n[dem.contact]\nlaw = \"linear-spring-dashpot\"\n\
+             restitution = 0.5\ncontact_time = 0.01\n[[metrics]]\nname = \"m\"\nkind = \"{kind}\"\ncentre = 4.0\n"
+        )
+    };
+    for kind in ["heap-angle", "deposit-height\"\nhalf_length = 1.0\nend = \"contact"] {
+        let found = ["radius = 0.5", "shape = \"rectangle\"\nsides = [1.0, 0.5]"].map(|grain| {
+            let source = SceneSource { file: "s.toml".into(), text: text(grain, kind) };
+            let scene = CheckedScene::new(source).expect("reads");
+            Metrics::new(&scene, &Columns::new(&scene, Sides::dry()), Sides::dry()).map(|_| ())
+        });
+        let [Ok(()), Err(error)] = found else { panic!("{kind}: {found:?}") };
+        assert!(error.key == "metrics[0].kind" && error.message.contains("grain 0 is not round"), "{error}");
+    }
 }
 
 #[test]
