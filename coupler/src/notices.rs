@@ -47,6 +47,7 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         restitution(facts),
         moving_walls(facts.scene),
         leaving(facts.scene),
+        no_film(facts.scene),
         late(facts.scene),
         log_clock(facts),
         iterations(facts),
@@ -249,6 +250,50 @@ fn moving_walls(scene: &CheckedScene) -> Option<String> {
          of the box moves along itself with both, domain.boundary, and a body that moves a fluid is a grain \
          with motion = \"prescribed\"",
         Short(scene.scene.walls[wall].largest_speed(&scene.scene.domain, scene.scene.until))
+    ))
+}
+
+/// A driven grain less than two cells from what is held or driven otherwise: films act on free grains.
+fn no_film(scene: &CheckedScene) -> Option<String> {
+    scene.scene.medium.as_ref()?;
+    let domain = &scene.scene.domain;
+    let near = 2.0 * (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
+    let moves = |grain: &Grain| !(grain.velocity.is_zero() && grain.spin.is_zero());
+    let led: Vec<&Grain> = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).collect();
+    let driven = || led.iter().filter(|grain| grain.motion == Motion::Prescribed && moves(grain)).take(64);
+    let times = (0..=16).map(|k| scene.scene.until * f64::from(k) / 16.0);
+    let still = OverTime::Constant([0.0; 3]);
+    let at = |grain: &Grain, t: f64| {
+        let way = if grain.motion == Motion::Fixed { [0.0; 3] } else { grain.velocity.integral(t) };
+        std::array::from_fn(|c| grain.position[c] + way[c])
+    };
+    let to_wall = |grain: &Grain, t: f64| {
+        let walls = scene.contact_walls().into_iter().filter(|wall| wall.velocity != grain.velocity);
+        let gaps = walls.map(|wall| {
+            let (x, way): ([f64; 3], _) = (at(grain, t), wall.velocity.integral(t));
+            let size = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+            (0..3).map(|c| (x[c] - wall.point[c] - way[c]) * wall.normal[c] / size).sum::<f64>()
+                - grain.radius
+        });
+        gaps.map(f64::abs).fold(f64::INFINITY, f64::min)
+    };
+    let to_grains = |grain: &Grain, t: f64| {
+        let velocity =
+            |of: &Grain| if of.motion == Motion::Fixed { still.clone() } else { of.velocity.clone() };
+        let others = led.iter().filter(|other| velocity(other) != grain.velocity);
+        let gaps = others.map(|other| {
+            let [a, b]: [[f64; 3]; 2] = [at(grain, t), at(other, t)];
+            (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt() - grain.radius - other.radius
+        });
+        gaps.map(f64::abs).fold(f64::INFINITY, f64::min)
+    };
+    let nears = |grain: &&&Grain| times.clone().any(|t| to_wall(grain, t).min(to_grains(grain, t)) < near);
+    let grain = driven().find(nears)?;
+    let number = scene.grains.iter().position(|other| std::ptr::eq(other, *grain))?;
+    Some(format!(
+        "grain {number} is driven past a wall, or what is held or driven otherwise, nearer than two cells: its \
+         force lacks the film that the grid does not resolve, as films act on free grains alone; make it free \
+         with a density of 1e6 times the fluid's, or take finer cells"
     ))
 }
 

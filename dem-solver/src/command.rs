@@ -115,7 +115,9 @@ fn on_grid(arguments: &Arguments, participant: &DemParticipant, lower: [f64; 3],
     let (dem, spec) = (participant.dem(), participant.spec());
     let cells = arguments.cells.unwrap_or([1; 3]).map(|count| count.max(1));
     let spacing: [f64; 3] = std::array::from_fn(|c| (upper[c] - lower[c]) / cells[c] as f64);
-    let grid = Grid { lower, spacing, cells, width: arguments.width.unwrap_or(spec.largest_radius()) };
+    let width = arguments.width.unwrap_or(spec.largest_radius());
+    let periods = spec.periods.map(|period| period.map(|(_, length)| length));
+    let grid = Grid { lower, spacing, cells, width, periods };
     let averages =
         coarse_grain(&dem.grains, spec.shape, &participant.contacts(), &Partition::Grid(grid), |_| true);
     image(dem.time(), lower, spacing, cells, &arrays(&averages, spec.shape))

@@ -89,7 +89,8 @@ fn metrics(
         };
         let told =
             |Measured { value, spread, slabs }| (value, Some(format!("± {spread:.3} over {slabs} slabs")));
-        let outcome = measured.map(told).ok_or("no slab in `range` holds grains".to_owned());
+        let none = "no slab in `range` holds grains that press, or no value fits them best".to_owned();
+        let outcome = measured.map(told).ok_or(none);
         values.insert(metric.name.clone(), MetricValue::of(metric, unit, outcome));
     }
     values

@@ -3,6 +3,7 @@
 //! 2006), and how the velocity grows below the surface: v = a − b (h − z)^n, n = 3/2 where I is the same
 //! everywhere (Bagnold 1954; Silbert et al. 2001, eq. 12).
 
+use crate::motion::Vec3;
 use crate::output::janssen::{Measured, Silo, least, mean};
 use crate::output::profile::Profile;
 
@@ -11,6 +12,11 @@ fn stresses(profile: &Profile, slab: usize) -> [f64; 2] {
     let (axis, stress) = (profile.axis, profile.cells[slab].stress());
     let shear = (0..3).filter(|&c| c != axis).map(|c| stress[(c, axis)].powi(2)).sum::<f64>();
     [stress[(axis, axis)], shear.sqrt()]
+}
+
+/// Size of the part of a velocity that lies along the slabs, m/s.
+fn along(profile: &Profile, velocity: &Vec3) -> f64 {
+    (0..3).filter(|c| *c != profile.axis).map(|c| velocity[c].powi(2)).sum::<f64>().sqrt()
 }
 
 /// Slabs of `range` that bear a normal stress.
@@ -34,18 +40,19 @@ pub fn inertial_number(profile: &Profile, range: [f64; 2], d: f64) -> Option<Mea
     mean(bearing(profile, range).filter_map(|slab| {
         let around = [slab.checked_sub(1)?, slab + 1];
         let [below, above] = around.map(|slab| profile.cells.get(slab).filter(|cell| cell.density > 0.0));
-        let rate = (above?.velocity - below?.velocity).norm() / (2.0 * profile.width);
+        let rate = along(profile, &(above?.velocity - below?.velocity)) / (2.0 * profile.width);
         let cell = &profile.cells[slab];
         let [normal, _] = stresses(profile, slab);
         Some(rate * d * (cell.density / cell.solid / normal).sqrt())
     }))
 }
 
-/// n of least squares over the slabs of `range`; h is where a column of the mean density of `range` ends.
+/// n of least squares over the slabs of `range`, from 0.1 to 5, none if it lies beyond; h is where a column
+/// of the mean density of `range` ends.
 pub fn exponent(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Measured> {
     let top = Silo::new(profile, range, gravity)?.top;
     let points: Vec<(f64, f64)> = bearing(profile, range)
-        .map(|slab| (top - profile.middle(slab), profile.cells[slab].velocity.norm()))
+        .map(|slab| (top - profile.middle(slab), along(profile, &profile.cells[slab].velocity)))
         .filter(|(depth, _)| *depth > 0.0)
         .collect();
     let count = points.len() as f64;
@@ -62,7 +69,7 @@ pub fn exponent(profile: &Profile, range: [f64; 2], gravity: f64) -> Option<Meas
         move |depth: f64| mv + slope * (x(depth) - mx)
     };
     let miss = |n: f64| points.iter().map(|(d, v)| (v - line(n)(*d)).powi(2)).sum::<f64>();
-    let value = least(miss, 0.1, 5.0);
+    let value = least(miss, 0.1, 5.0)?;
     let (more, less) = (line(value + 1e-3), line(value - 1e-3));
     let steepness: f64 = points.iter().map(|(d, _)| ((more(*d) - less(*d)) / 2e-3).powi(2)).sum();
     let spread = (miss(value) / (count - 3.0) / steepness).sqrt();

@@ -59,7 +59,7 @@ impl Silo {
         self.density * self.gravity * (self.top - z).max(0.0)
     }
 
-    /// k of least squares over the slabs of `range` below the top.
+    /// k of least squares over the slabs of `range` below the top, from 1e-4 to 100, none if it lies beyond.
     pub fn fit(&self, profile: &Profile, range: [f64; 2]) -> Option<Measured> {
         let below = [range[0], range[1].min(self.top)];
         let points: Vec<(f64, f64)> =
@@ -70,7 +70,7 @@ impl Silo {
         let miss = |ln_k: f64| -> f64 {
             points.iter().map(|(z, p)| (p - self.pressure(*z, ln_k.exp())).powi(2)).sum()
         };
-        let value = least(miss, 1e-4f64.ln(), 1e2f64.ln()).exp();
+        let value = least(miss, 1e-4f64.ln(), 1e2f64.ln())?.exp();
         let slope =
             |z: f64| (self.pressure(z, value * 1.001) - self.pressure(z, value * 0.999)) / (0.002 * value);
         let steepness: f64 = points.iter().map(|(z, _)| slope(*z).powi(2)).sum();
@@ -79,12 +79,13 @@ impl Silo {
     }
 }
 
-/// Place of the least value between `low` and `high`: the best of a coarse walk, then golden section.
-pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
+/// Place of the least value between `low` and `high`: the best of a coarse walk, then golden section; none if
+/// it is at an end.
+pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<f64> {
     const WALK: usize = 400;
     let step = (high - low) / WALK as f64;
     let best = (0..=WALK).min_by(|a, b| f(low + step * *a as f64).total_cmp(&f(low + step * *b as f64)));
-    let middle = low + step * best.unwrap_or(0) as f64;
+    let middle = low + step * best.filter(|best| (1..WALK).contains(best))? as f64;
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut a, mut b) = (middle - step, middle + step);
     for _ in 0..100 {
@@ -95,7 +96,7 @@ pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
             a = c;
         }
     }
-    0.5 * (a + b)
+    Some(0.5 * (a + b))
 }
 
 /// f_w K measured: friction of the side walls over granular pressure, slab by slab.

@@ -24,8 +24,8 @@ pub struct Slabs {
     pub shape: Shape,
 }
 
-/// Cells of a uniform grid over which a Gaussian of width w is spread: φ ∝ exp(−|r|²/(2w²)), cut at 3w
-/// and at the grid, its sum over the cells made one.
+/// Cells of a uniform grid over which a Gaussian of width w is spread: φ ∝ exp(−|r|²/(2w²)) of all images,
+/// cut at 3w and at the grid, its sum over the cells made one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Lower corner, m.
@@ -36,6 +36,8 @@ pub struct Grid {
     pub cells: [usize; 3],
     /// w, m.
     pub width: f64,
+    /// Length of the period along each axis, if it has one, m.
+    pub periods: [Option<f64>; 3],
 }
 
 /// Slabs or grid.
@@ -142,41 +144,42 @@ impl Slabs {
 
 impl Grid {
     fn spread(&self, at: &Vec3, whole: f64, share: &mut impl FnMut(usize, f64)) {
+        let sum = self.visit(at, 0.0, &mut |_, _| {});
+        if sum > 0.0 {
+            self.visit(at, whole / sum, share);
+        }
+    }
+
+    /// Shares the Gaussian about `at` and its images out, times `scale`; returns its sum over the cells.
+    fn visit(&self, at: &Vec3, scale: f64, share: &mut impl FnMut(usize, f64)) -> f64 {
         let reach = 3.0 * self.width;
-        let span = |axis: usize| {
-            let place = |x: f64| ((x - self.lower[axis]) / self.spacing[axis]).floor();
-            let (first, last) = (place(at[axis] - reach), place(at[axis] + reach));
-            let most = self.cells[axis] as f64 - 1.0;
-            if last < 0.0 || first > most {
-                0..0
-            } else {
-                first.max(0.0) as usize..last.min(most) as usize + 1
-            }
-        };
-        let spans = [span(0), span(1), span(2)];
-        let away = |axis: usize, place: usize| {
-            if self.cells[axis] == 1 {
-                return 0.0;
-            }
-            self.lower[axis] + (place as f64 + 0.5) * self.spacing[axis] - at[axis]
-        };
-        let visit = |scale: f64, share: &mut dyn FnMut(usize, f64)| -> f64 {
-            let mut sum = 0.0;
-            for k in spans[2].clone() {
-                for j in spans[1].clone() {
-                    for i in spans[0].clone() {
-                        let square = away(0, i).powi(2) + away(1, j).powi(2) + away(2, k).powi(2);
-                        let weight = (-0.5 * square / (self.width * self.width)).exp();
-                        sum += weight;
-                        share((k * self.cells[1] + j) * self.cells[0] + i, weight * scale);
-                    }
+        // Cells along an axis with the squares of their distances, of each image that reaches any.
+        let lines: [Vec<(usize, f64)>; 3] = std::array::from_fn(|axis| {
+            let turns = self.periods[axis].map_or(0, |period| 1 + (reach / period) as i32);
+            let images = (-turns..=turns).flat_map(|turn| {
+                let x = at[axis] + f64::from(turn) * self.periods[axis].unwrap_or(0.0);
+                let place = |x: f64| ((x - self.lower[axis]) / self.spacing[axis]).floor();
+                let cells = place(x - reach).max(0.0)..=place(x + reach).min(self.cells[axis] as f64 - 1.0);
+                let range =
+                    if cells.is_empty() { 0..0 } else { *cells.start() as usize..*cells.end() as usize + 1 };
+                range.map(move |cell| (cell, x))
+            });
+            let square = |(cell, x): (usize, f64)| {
+                let middle = self.lower[axis] + (cell as f64 + 0.5) * self.spacing[axis];
+                (cell, if self.cells[axis] == 1 { 0.0 } else { (middle - x).powi(2) })
+            };
+            images.map(square).collect()
+        });
+        let mut sum = 0.0;
+        for (k, z) in &lines[2] {
+            for (j, y) in &lines[1] {
+                for (i, x) in &lines[0] {
+                    let weight = (-0.5 * (x + y + z) / (self.width * self.width)).exp();
+                    sum += weight;
+                    share((k * self.cells[1] + j) * self.cells[0] + i, weight * scale);
                 }
             }
-            sum
-        };
-        let sum = visit(0.0, &mut |_, _| {});
-        if sum > 0.0 {
-            visit(whole / sum, share);
         }
+        sum
     }
 }

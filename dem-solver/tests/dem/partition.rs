@@ -47,11 +47,30 @@ fn lines_are_cut_at_the_edges() {
 
 #[test]
 fn the_grid_gives_everything_to_its_cells() {
-    let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 0.3 };
+    let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 0.3, periods: [None; 3] };
     let partition = Partition::Grid(grid);
     assert_eq!((partition.len(), partition.is_empty()), (125, false));
     assert!((total(&partition, 0.9) - 1.0).abs() < 1e-14);
     let mut sum = 0.0;
     partition.line(&Vec3::zeros(), &Vec3::new(1.0, 0.7, 0.2), |_, part| sum += part);
     assert!((sum - 1.0).abs() < 1e-14);
+}
+
+/// Over a period, which two images of a point share, every point gives the same: shifted by cells, a pattern
+/// goes round.
+#[test]
+fn the_grid_goes_round_a_period() {
+    let (spacing, periods) = ([0.2; 3], [Some(1.0), None, None]);
+    let partition = Partition::Grid(Grid { lower: [0.0; 3], spacing, cells: [5; 3], width: 0.2, periods });
+    let parts = |x: f64| {
+        let mut parts = vec![0.0; 125];
+        partition.ball(&Vec3::new(x, 0.5, 0.5), 0.1, |cell, part| parts[cell] += part);
+        parts
+    };
+    let (inside, edge) = (parts(0.53), parts(0.93));
+    assert!((edge.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+    for (cell, part) in inside.iter().enumerate() {
+        let around = cell / 5 * 5 + (cell % 5 + 2) % 5;
+        assert!((edge[around] - part).abs() < 1e-14, "cell {cell}: {part} and {}", edge[around]);
+    }
 }

@@ -154,7 +154,10 @@ fn the_windows_asked_for_are_written_and_no_others() {
                 .sum();
         let mass = -row[column("weight_z")] / 9.81;
         let off = sum - mass * row[column("acceleration_z")];
-        assert!(off.abs() < 1e-12 * mass * 9.81_f64.max(row[column("acceleration_z")].abs()), "{off:e} in {line}");
+        assert!(
+            off.abs() < 1e-12 * mass * 9.81_f64.max(row[column("acceleration_z")].abs()),
+            "{off:e} in {line}"
+        );
         assert!(row[column("fluid_force_z")] == 0.1 && row[column("grain")] == 0.0);
         touched |= row[column("contact_force_z")] > 0.0;
         rows += 1;

@@ -12,6 +12,7 @@
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
 use super::limits::{self, Limits};
+use super::loads;
 use crate::immersed::Wrench;
 use crate::scene_grains;
 use crate::step::Stepper;
@@ -31,6 +32,8 @@ pub struct Izard2014 {
     free: Vec<[bool; 6]>,
     /// ∫ f dV of each grain.
     forces: Vec<Wrench>,
+    /// Part of each that is beyond faces of the box, where it is held or driven.
+    outside: Vec<f64>,
 }
 
 impl Izard2014 {
@@ -38,7 +41,7 @@ impl Izard2014 {
     #[must_use]
     pub fn new(scene: &CheckedScene, density: f64) -> Self {
         let free = scene_grains::freedoms(scene);
-        Self { density, forces: vec![Wrench::default(); free.len()], free }
+        Self { density, forces: vec![Wrench::default(); free.len()], outside: vec![0.0; free.len()], free }
     }
 }
 
@@ -47,6 +50,10 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
 
     fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
         fluid.advance_without_projection(dt, None);
+        let moving = grains.immersed.shapes().iter().zip(&grains.memory.motions);
+        for ((outside, free), (shape, motion)) in self.outside.iter_mut().zip(&self.free).zip(moving) {
+            *outside = if *free == [false; 6] { loads::outside(fluid.grid(), shape, motion) } else { 0.0 };
+        }
         let Grains { immersed, model, memory, .. } = grains;
         let (grid, state) = fluid.parts_mut();
         self.forces.copy_from_slice(immersed.forces(grid, model, &memory.motions, &state.velocity, None));
@@ -61,7 +68,8 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
         for (i, (loads, shape)) in out.iter_mut().zip(grains.immersed.shapes()).enumerate() {
             let (f, a) = (&self.forces[i], grains.memory.acceleration(i));
             let scale = rho * shape.density / (shape.density - rho);
-            let (mass, inertia) = (rho * shape.volume, rho * shape.volume * shape.gyration);
+            let mass = rho * shape.volume * (1.0 - self.outside[i]);
+            let inertia = mass * shape.gyration;
             *loads = Loads::default();
             for c in 0..3 {
                 // From zero, so that no load is −0.

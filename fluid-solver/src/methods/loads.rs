@@ -16,11 +16,12 @@
 use super::grains::{Grains, Memory};
 use super::virtual_mass::{self, ByGap};
 use crate::grid::{Geometry, Grid};
-use crate::immersed::body::{Motion, Shape};
+use crate::immersed::body::{Motion, Shape, along_axes};
 use crate::immersed::mask_model::MaskModel;
 use crate::immersed::{Immersed, Wrench};
 use crate::scene_grains;
 use crate::step::Stepper;
+use bedload_output::totals::part_below;
 use bedload_scene::CheckedScene;
 use protocol::message::Loads;
 
@@ -79,6 +80,8 @@ pub(super) struct Measured {
     pub(super) free_drive: [f64; 3],
     /// Does the grain move as the scene says, whatever the fluid does?
     led: bool,
+    /// The part of its volume beyond faces of the box, if it is led: no fluid is displaced there.
+    outside: f64,
     /// Is it the first window of a fluid at rest? Then the grain starts with C_v alone (Izard et al. 2014,
     /// eq. 20).
     starts: bool,
@@ -88,7 +91,7 @@ impl LoadsRule {
     /// The message about one grain.
     fn loads(&self, shape: &Shape, measured: &Measured) -> Loads {
         let rho = self.density;
-        let mass = rho * shape.volume;
+        let mass = rho * shape.volume * (1.0 - measured.outside);
         let inertia = mass * shape.gyration;
         let coefficient = self.virtual_mass + measured.more;
         let mut loads = Loads {
@@ -158,9 +161,11 @@ impl LoadsRule {
         let (a, ahead) = (&measured.acceleration, &measured.ahead);
         let filled = volumes.iter().filter(|v| **v > 0.0).count().max(1);
         let volume = volumes.iter().sum::<f64>() / filled as f64;
-        let mass = self.density * (volume - shape.volume);
-        let inertia =
-            self.density * shape.volume * shape.gyration * self.swollen(shape, volume / shape.volume);
+        let whole = (shape.volume * (1.0 - measured.outside)).max(f64::MIN_POSITIVE);
+        let mass = self.density * (volume - whole);
+        // of a grain that is cut the mask is no larger sphere
+        let ratio = if measured.outside > 0.0 { 1.0 } else { volume / whole };
+        let inertia = self.density * whole * shape.gyration * self.swollen(shape, ratio);
         let heavy = MAX_LATE_RATIO[usize::from(mass < 0.0)] * (shape.density / self.density - 0.5).max(0.0);
         let bears = if measured.led { f64::INFINITY } else { heavy };
         // Parts that go with the force and with the mass.
@@ -168,8 +173,8 @@ impl LoadsRule {
             let late = (bears * own / extra.abs()).min(1.0);
             (late, if extra > 0.0 && !measured.starts { 1.0 - late } else { 0.0 })
         };
-        let (late, now) = parts(mass, self.density * shape.volume);
-        let (late_spin, now_spin) = parts(inertia, self.density * shape.volume * shape.gyration);
+        let (late, now) = parts(mass, self.density * whole);
+        let (late_spin, now_spin) = parts(inertia, self.density * whole * shape.gyration);
         loads.added_mass += now * mass;
         loads.added_inertia += now_spin * inertia;
         for (c, here) in volumes.into_iter().enumerate() {
@@ -191,6 +196,22 @@ const SEALS: f64 = 0.1;
 
 /// Way in a window, over Δx, below which a grain rests.
 const AT_REST: f64 = 0.1;
+
+/// Part of the volume of a grain beyond the faces of the box: exact across one face, of a polygon that of the
+/// ellipse which reaches as far.
+pub(super) fn outside<const D: usize>(grid: &Grid<D>, shape: &Shape, motion: &Motion) -> f64 {
+    let (disc, at) = (grid.geometry == Geometry::Plane, along_axes::<D>(grid.geometry, motion.centre));
+    let first = usize::from(grid.geometry == Geometry::Axisymmetric);
+    let inside = (first..D).filter(|axis| !grid.periodic(*axis)).map(|axis| {
+        let faces = &grid.axes[axis].faces;
+        let direction = if axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
+        let outline = shape.outline.as_ref();
+        let reach = outline.map_or(shape.radius, |outline| outline.reach_along(motion.angle, direction));
+        let [below, above] = [at[axis] - faces[0], faces[faces.len() - 1] - at[axis]];
+        part_below(below / reach, disc) + part_below(above / reach, disc) - 1.0
+    });
+    1.0 - inside.product::<f64>().clamp(0.0, 1.0)
+}
 
 /// Change of the velocity of a grain that is led, if it is much of it.
 fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
@@ -279,6 +300,10 @@ impl GrainLoads {
             m.drive = drive;
             m.free_drive = std::array::from_fn(|c| if self.freedoms[grain][c] { drive[c] } else { 0.0 });
             m.led = self.freedoms[grain] == [false; 6];
+            if m.led {
+                let (shape, motion) = (&grains.immersed.shapes()[grain], &memory.motions[grain]);
+                m.outside = outside(fluid.grid(), shape, motion);
+            }
             m.starts = memory.before_dt == 0.0 && drive == [0.0; 3];
             m.volume = self.displaced_mass.then(|| self.volumes[grain]);
         }
@@ -336,8 +361,8 @@ impl GrainLoads {
         }
     }
 
-    /// Opens the masks where grains have come to rest, in a window that begins with `motions` and in which a
-    /// force that they seal would stay; see [`ByGap::open_masks`] for `rests`.
+    /// Opens the masks in films and where grains have come to rest, in a window that begins with `motions`
+    /// and in which a force that they seal would stay; see [`ByGap::open_masks`] for `rests`.
     pub(super) fn open_masks<const D: usize>(
         &mut self,
         immersed: &mut Immersed<D>,
@@ -351,7 +376,12 @@ impl GrainLoads {
         let viscous = model.viscosity / spacing;
         let seals = self.rule.dimensions == 2 || model.viscosity * model.dt > SEALS * spacing * spacing;
         let slow = if seals { (AT_REST * spacing / model.dt).min(viscous) } else { 0.0 };
-        by_gap.open_masks(immersed.shapes_mut(), motions, [slow, spacing], rests);
+        let shapes = immersed.shapes_mut();
+        shapes.iter_mut().for_each(|shape| shape.patches.clear());
+        if self.rule.dimensions == 3 && shapes.len() > 1 {
+            by_gap.open_films(shapes, motions, [viscous * model.dt / spacing, spacing]);
+        }
+        by_gap.open_masks(shapes, motions, [slow, spacing], rests);
     }
 
     /// Whether all free grains rest, one since `most` windows at most; `cell`: a cell in the step that is

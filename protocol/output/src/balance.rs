@@ -26,7 +26,7 @@ pub(crate) fn weight_per_area(scene: &CheckedScene) -> f64 {
 
 /// What makes the whole shear stress on a plane, of fluid and grains together, in steady flow: that of the
 /// lid, and the forces on all that is between. What the scene changes over time is that of the time asked
-/// for.
+/// for; under a mean its mean over the same samples.
 #[derive(Clone, Debug)]
 pub(crate) struct StressBalance {
     /// Component across the planes.
@@ -85,10 +85,18 @@ impl StressBalance {
     pub(crate) fn at_surface(&self, planes: &Planes, fraction: f64) -> Option<f64> {
         let above = planes.above_surface(fraction)?;
         let top = above.last()?;
-        let [fluid, solid] = self.drive(planes.time);
+        let part = 1.0 / planes.times.len() as f64;
+        let mean = |of: &dyn Fn(f64) -> [f64; 3]| {
+            planes.times.iter().fold([0.0; 3], |sum, t| {
+                let here = of(*t);
+                std::array::from_fn(|c| sum[c] + part * here[c])
+            })
+        };
+        let [fluid, solid] = [0, 1].map(|phase| mean(&|t| self.drive(t)[phase]));
+        let lid = self.lid.as_ref().map(|(viscosity, velocity)| (viscosity, mean(&|t| velocity.at(t))));
         let square = (0..3).filter(|c| *c != self.across).map(|c| {
-            let lid = self.lid.as_ref().map_or(0.0, |(viscosity, velocity)| {
-                viscosity * (velocity.at(planes.time)[c] - top.fluid_velocity[c]) / (0.5 * top.width)
+            let lid = lid.map_or(0.0, |(viscosity, velocity)| {
+                viscosity * (velocity[c] - top.fluid_velocity[c]) / (0.5 * top.width)
             });
             let force = |p: &Plane| p.width * (fluid[c] + p.solid_fraction * solid[c]);
             (lid + above.iter().map(force).sum::<f64>()).powi(2)
@@ -100,6 +108,7 @@ impl StressBalance {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bedload_scene::Sine;
 
     /// A bed up to z = 2 in a channel of height 4, whose fluid is at `velocity` on each plane.
     fn planes(velocity: impl Fn(f64) -> f64) -> Planes {
@@ -114,7 +123,7 @@ mod tests {
                 ..Plane::default()
             }
         };
-        Planes { time: 0.0, planes: (0..8).map(plane).collect() }
+        Planes { times: vec![0.0], planes: (0..8).map(plane).collect() }
     }
 
     /// Under gravity in a fluid of density 1, without a lid.
@@ -143,6 +152,19 @@ mod tests {
         assert!((stress - 0.7 * 3.0).abs() < 1e-12, "{stress}");
         assert_eq!(planes(velocity).shear_at_surface(0.3), Some(1.0));
         assert_eq!(balance.at_surface(&planes(velocity), 0.6), None);
+    }
+
+    /// A lid that swings about 6 m/s over a flow that is held: the mean over a period is that of 6 m/s.
+    #[test]
+    fn under_a_lid_that_swings_the_mean_stress_is_that_of_its_mean() {
+        let swing = Sine { amplitude: [5.0, 0.0, 0.0], frequency: 1.0, phase: 0.3, offset: [6.0, 0.0, 0.0] };
+        let balance = StressBalance { lid: Some((0.7, OverTime::sine(swing))), ..of([0.0; 3], 0.0) };
+        let velocity = |z: f64| if z < 3.0 { z } else { 3.0 * (z - 3.0) + 3.0 };
+        let sample = |k: usize| Planes { times: vec![0.125 * k as f64], ..planes(velocity) };
+        let samples: Vec<Planes> = (1..=8).map(sample).collect();
+        let stress = balance.at_surface(&Planes::mean(&samples).unwrap(), 0.3).unwrap();
+        assert!((stress - 0.7 * 3.0).abs() < 1e-12, "{stress}");
+        assert!(balance.at_surface(&samples[7], 0.3).unwrap() > 1.2 * stress);
     }
 
     #[test]

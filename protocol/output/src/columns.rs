@@ -36,7 +36,7 @@ fn flow_rate_column(scene: &CheckedScene) -> Option<Extra> {
 enum Source {
     Run(When, fn(&Columns, &Sample) -> f64),
     Extra(When, usize),
-    Bed(Made),
+    Bed(When, Made),
     /// Place of a value of the scene, component.
     Scene(usize, usize),
     /// Quantity, component and grain.
@@ -218,11 +218,7 @@ impl Columns {
             row: Vec::new(),
             ends: Vec::new(),
             changing: Vec::new(),
-            front: free
-                .iter()
-                .filter(|grain| grain.index < present)
-                .map(surface)
-                .fold(f64::NEG_INFINITY, f64::max),
+            front: free.iter().filter(|grain| grain.index < present).map(surface).fold(f64::NAN, f64::max),
             floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
             free,
             present,
@@ -288,7 +284,7 @@ impl Columns {
     fn add_totals(&mut self, scene: &CheckedScene, sides: Sides, before: usize) {
         let Some((bed, columns)) = Bed::new(scene, sides, before) else { return };
         for (extra, made) in columns {
-            self.add(&extra.name, &extra.unit, Source::Bed(made));
+            self.add(&extra.name, &extra.unit, Source::Bed(extra.when, made));
         }
         self.bed = Some(bed);
     }
@@ -345,8 +341,8 @@ impl Columns {
     /// When the values of the column at `place` are of.
     pub(crate) fn when(&self, place: usize) -> When {
         match self.sources[place] {
-            Source::Run(when, _) | Source::Extra(when, _) => when,
-            Source::Scene(..) | Source::Bed(_) => When::End,
+            Source::Run(when, _) | Source::Extra(when, _) | Source::Bed(when, _) => when,
+            Source::Scene(..) => When::End,
             Source::Grain(Quantity { value: Value::Motion(_), .. }, ..) => When::End,
             Source::Grain(..) => When::Window,
         }
@@ -379,7 +375,7 @@ impl Columns {
                 Source::Run(_, value) => value(self, sample),
                 Source::Scene(value, component) => self.changing[value].at(sample.time())[component],
                 Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
-                Source::Bed(made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
+                Source::Bed(_, made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
                 Source::Grain(quantity, axis, grain) => {
                     let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
                     if let Value::Mean(_) = quantity.value {

@@ -77,8 +77,8 @@ pub struct Plane {
 /// All planes at one instant, or their mean.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
-    /// Time, s; of a mean that of the last sample.
-    pub time: f64,
+    /// Its time, s; of a mean those of all its samples, ascending.
+    pub times: Vec<f64>,
     /// Lowest first.
     pub planes: Vec<Plane>,
 }
@@ -121,13 +121,19 @@ impl Planes {
                 _ => Err(format!("the line {:?} is not a number for each column", line(row))),
             }
         };
-        Ok(Self { time, planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
+        Ok(Self { times: vec![time], planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
+    }
+
+    /// Time of the last sample, s.
+    pub fn time(&self) -> f64 {
+        self.times.last().copied().unwrap_or(f64::NAN)
     }
 
     /// Mean of samples of the same planes, each phase weighed with how much of it there is.
     pub fn mean(samples: &[Self]) -> Option<Self> {
         let last = samples.last()?;
         let mut mean = last.clone();
+        mean.times = samples.iter().flat_map(|sample| sample.times.iter().copied()).collect();
         for (k, plane) in mean.planes.iter_mut().enumerate() {
             let here: Vec<&Plane> = samples.iter().filter_map(|sample| sample.planes.get(k)).collect();
             let over = |velocity: fn(&Plane) -> [f64; 3], weight: fn(&Plane) -> f64| {
@@ -201,7 +207,7 @@ fn known(velocity: f64) -> f64 {
 impl std::fmt::Display for Planes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let with_stresses = self.planes.iter().any(|p| p.stresses.is_some());
-        writeln!(f, "# t = {} s\n{}", self.time, header(with_stresses))?;
+        writeln!(f, "# t = {} s\n{}", self.time(), header(with_stresses))?;
         for p in &self.planes {
             write!(f, "{},{},{}", p.at, p.width, p.solid_fraction)?;
             for (velocity, share) in
@@ -241,9 +247,9 @@ impl Record {
                 samples.push(sample.map_err(|what| OutputError::Content { path: path.clone(), what })?);
             }
         }
-        samples.retain(|sample| sample.time <= time * (1.0 + 1e-12));
-        samples.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let counts = |sample: &&Planes| asked.counts(sample.time);
+        samples.retain(|sample| sample.time() <= time * (1.0 + 1e-12));
+        samples.sort_by(|a, b| a.time().total_cmp(&b.time()));
+        let counts = |sample: &&Planes| asked.counts(sample.time());
         let inside: Vec<Planes> = samples.iter().filter(counts).cloned().collect();
         Ok(Self { mean: Planes::mean(&inside), samples })
     }
@@ -254,8 +260,8 @@ impl Record {
 
     /// The sample nearest to time `t`, s, if the run came so far.
     pub(super) fn nearest(&self, t: f64) -> Option<&Planes> {
-        let apart = |sample: &Planes| (sample.time - t).abs();
-        self.samples.last().filter(|last| last.time >= t * (1.0 - 1e-9))?;
+        let apart = |sample: &Planes| (sample.time() - t).abs();
+        self.samples.last().filter(|last| last.time() >= t * (1.0 - 1e-9))?;
         self.samples.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
     }
 }
@@ -278,7 +284,7 @@ mod tests {
                 stresses: None,
             }
         };
-        Planes { time, planes: (0..8).map(plane).collect() }
+        Planes { times: vec![time], planes: (0..8).map(plane).collect() }
     }
 
     #[test]
@@ -331,7 +337,7 @@ mod tests {
                 ..Plane::default()
             }
         };
-        let tube = Planes { time: 0.0, planes: (0..400).map(ring).collect() };
+        let tube = Planes { times: vec![0.0], planes: (0..400).map(ring).collect() };
         assert!((tube.mean_velocity(0, 2, true) - 1.0).abs() < 1e-5);
     }
 
@@ -339,9 +345,9 @@ mod tests {
     fn the_shear_is_that_at_the_surface_of_the_nearest_sample() {
         let record = Record { samples: vec![sample(1.0, 0.0), sample(2.0, 0.0)], mean: None };
         let nearest = record.nearest(1.9).unwrap();
-        assert_eq!(nearest.time, 2.0);
+        assert_eq!(nearest.time(), 2.0);
         assert!((nearest.shear_at_surface(0.3).unwrap() - 3.0).abs() < 1e-12);
-        assert_eq!(record.nearest(2.000_000_000_000_000_4).map(|sample| sample.time), Some(2.0));
+        assert_eq!(record.nearest(2.000_000_000_000_000_4).map(|sample| sample.time()), Some(2.0));
         assert_eq!((record.nearest(9.0), nearest.shear_at_surface(0.6)), (None, None));
     }
 }

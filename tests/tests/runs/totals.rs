@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use bedload_output::Series;
 use bedload_output::planes::Planes;
+use bedload_output::{Series, Summary};
 use tests::harness::{Folder, bedload, said};
 
 /// Sixteen neutral discs, some of which touch, in plane Couette flow.
@@ -83,7 +83,7 @@ fn parts_of_the_stress_add_up_and_totals_resume() {
 
     let planes = |file: &str| Planes::parse(&read(&whole, file)).expect(file);
     let (first, last) = (planes("fields/planes_00000127.csv"), planes("fields/planes_00000767.csv"));
-    let (mean, between) = (planes("planes.csv"), last.time - first.time);
+    let (mean, between) = (planes("planes.csv"), last.time() - first.time());
     assert!((between - 5.0).abs() < 1e-9, "{between}");
     let ends = stress_and_momentum(&last).into_iter().zip(stress_and_momentum(&first));
     let balanced: Vec<f64> = stress_and_momentum(&mean)
@@ -169,7 +169,9 @@ fn walls_of_a_closed_box_bear_a_bounce() {
              [fluid.time]\ncfl = 0.5\n\
              [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.97\ncontact_time = 5e-3\n\
              [dem.lubrication]\nform = \"{film}\"\n{roughness}\
-             [observe]\nevery = 0.0\ntotals = {{ columns = [\"wall-force\", \"wall-stress\"] }}\n",
+             [observe]\nevery = 0.0\ntotals = {{ columns = [\"wall-force\", \"wall-stress\"] }}\n\
+             [[metrics]]\nname = \"on-grain\"\nkind = \"mean\"\ncolumn = \"contact_force_z[0]\"\n\
+             [[metrics]]\nname = \"on-floor\"\nkind = \"mean\"\ncolumn = \"wall_contact_force_z_lower_z\"\n",
             list(0.0, 0.0),
             list(3.0, 3.5),
             list(24.0, 28.0).replace(".0", ""),
@@ -199,6 +201,10 @@ fn walls_of_a_closed_box_bear_a_bounce() {
             fastest = fastest.max(u[k]);
         }
         println!("{geometry}, {film}: {worst}");
+        // Both are means over windows, in metrics too.
+        let metrics = Summary::read(&out.join("summary.json")).expect("a summary").metrics;
+        let [on_grain, on_floor] = ["on-grain", "on-floor"].map(|name| metrics[name].value.expect(name));
+        assert!((on_floor / on_grain + 1.0).abs() < 1e-9, "{on_grain} on the grain, {on_floor} on the floor");
         assert!(fastest > 0.5, "it bounces: {fastest}");
         assert!(worst < 0.01, "{geometry}, {film}: {worst}");
     }

@@ -17,7 +17,7 @@ pub struct Shape {
     pub mask_radius: f64,
     /// Part of the wave in the distance that its mask has, 0 to 1: see [`super::pores`].
     pub wave: f64,
-    /// Where it has come to rest on something.
+    /// Where its mask is open to what flows along its surface.
     pub patches: Vec<Patch>,
     /// Density of the grain, kg/m³.
     pub density: f64,
@@ -27,24 +27,37 @@ pub struct Shape {
     pub gyration: f64,
 }
 
-/// Where a grain has come to rest on something: there its mask is open for a while, so that no force of the
-/// approach stays in cells that it seals (docs/equations-immersed.md, section 3).
+/// Where a mask is open to what flows along the surface, before what is near: no force stays there in cells
+/// that two masks seal (docs/equations-immersed.md, section 3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Direction of what it touches (laboratory axes).
+    /// Direction of what is near (laboratory axes).
     pub normal: [f64; 3],
     /// Distance from the centre in that direction from which on it is open, m.
     pub from: f64,
     /// Distance from the line through the centre in that direction up to which it is open, m.
     pub radius: f64,
+    /// Largest mask ratio there.
+    pub most: f64,
 }
 
 impl Patch {
-    /// Whether a point at `arm` from the centre (laboratory axes; r and z for x and z), m, is in it.
-    pub(super) fn holds(&self, arm: [f64; 3]) -> bool {
-        let product = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let along = product(&arm, &self.normal);
-        along > self.from && product(&arm, &arm) - along * along < self.radius * self.radius
+    /// Lowers the mask ratios of places in it, whose arms from the centre are (x + `shift`, `y`, `z`), m
+    /// (laboratory axes; r and z for x and z).
+    pub(super) fn open(&self, ratios: &mut [f64], places: &[f64], [shift, y, z]: [f64; 3]) {
+        let Self { normal: [a, b, c], from, radius, most } = *self;
+        let (along, across) = (b * y + c * z, y * y + z * z);
+        let ends = [places.first(), places.last()].map(|x| x.map_or(f64::NAN, |x| a * (x + shift)));
+        if f64::max(ends[0], ends[1]) + along <= from {
+            return;
+        }
+        for (ratio, x) in ratios.iter_mut().zip(places) {
+            let x = x + shift;
+            let along = a * x + along;
+            if *ratio > most && along > from && x * x + across - along * along < radius * radius {
+                *ratio = most;
+            }
+        }
     }
 
     /// Whether component `c` of the velocity (laboratory axes) lies along the surface rather than across it.

@@ -6,7 +6,7 @@
 use super::body::{Motion, Turned, laboratory};
 use super::by_layer::{GrainsByLayer, Slice};
 use super::mask::{Cells, Law, Profile, Sums};
-use super::mask_model::{MaskModel, OPEN};
+use super::mask_model::MaskModel;
 use super::piece::{PIECES, Piece};
 use super::point_mask;
 use crate::grid::Grid;
@@ -282,8 +282,8 @@ impl<const D: usize> Fill<'_, D> {
 }
 
 impl<const D: usize> Fill<'_, D> {
-    /// Opens the mask where the grain of `slice` has come to rest on something, in spans and places from
-    /// `first` on: to what flows along the surface there. At cell centres nothing flows.
+    /// Opens the mask of the grain of `slice` in its patches, in spans and places from `first` on: to what
+    /// flows along the surface there. At cell centres nothing flows.
     fn open_mask(&mut self, slice: &Slice, first: [usize; 2]) {
         let Self { grains, grid, layer, .. } = self;
         let (patches, component) = (grains.patches(slice.grain), grains.nodes.component());
@@ -296,11 +296,9 @@ impl<const D: usize> Fill<'_, D> {
         for span in &layer.spans[first[0]..] {
             let (ratios, after) = rest.split_at_mut(span.count);
             rest = after;
-            for (ratio, x) in ratios.iter_mut().zip(&row[span.first..]) {
-                let arm = [x + span.shift, span.middle, slice.arm];
-                if *ratio > OPEN && patches.iter().any(|patch| patch.lies_along(c) && patch.holds(arm)) {
-                    *ratio = OPEN;
-                }
+            let places = &row[span.first..][..span.count];
+            for patch in patches.iter().filter(|patch| patch.lies_along(c)) {
+                patch.open(ratios, places, [span.shift, span.middle, slice.arm]);
             }
         }
     }

@@ -54,9 +54,6 @@ pub(super) const SWING: f64 = 0.092;
 /// Mask ratio of a point that is solid, 1 − β = 1e-8.
 pub const SOLID: f64 = 1e8;
 
-/// Largest mask ratio where a grain has come to rest on something, see [`super::body::Patch`].
-pub const OPEN: f64 = 0.5;
-
 /// Where the band around a surface ends: mask ratios above count as solid, mask ratios below 1/`EDGE` as
 /// nothing, and no function is evaluated there. The drag of an array does not feel it
 /// (`docs/equations-immersed.md`).

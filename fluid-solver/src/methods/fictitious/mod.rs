@@ -17,13 +17,16 @@ use super::loads::GrainLoads;
 use crate::grid::Grid;
 use crate::immersed::body::Shape;
 use crate::step::Stepper;
-use bedload_scene::{CheckedScene, Geometry, SceneError};
+use bedload_scene::{CheckedScene, Domain, Face, Geometry, Motion, SceneError, WallKind};
 use body_points::BodyPoints;
 use protocol::message::Loads;
 use protocol::participant::Window;
 
 /// Fewest cells across a body.
 const FEWEST_ACROSS: f64 = 4.0;
+
+/// Part of its reach by which a face may cut a grain.
+const SLIGHT: f64 = 1e-3;
 
 /// The method on the points of all bodies.
 pub struct FictitiousDomain<const D: usize> {
@@ -124,5 +127,28 @@ pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
             &format!("give more cells: {} m each, or less", across / FEWEST_ACROSS),
         ));
     }
+    if let Some(grain) = scene.grains.iter().position(|grain| is_cut(domain, grain)) {
+        return Err(source.error(
+            &format!("grains[{grain}].position"),
+            "is so near a no-slip face that it cuts the grain; allowed with fluid.method = \
+             \"fictitious-domain\": whole grains, as points behind a wall hold the fluid before it",
+            "move the grain in, or take fluid.method = \"calibrated\"",
+        ));
+    }
     Ok(())
+}
+
+/// Whether a no-slip face cuts a grain that stays or is driven there.
+fn is_cut(domain: &Domain, grain: &bedload_scene::Grain) -> bool {
+    let cut = |(axis, direction): (usize, [f64; 3])| {
+        let (reach, at) = (grain.reach_along(direction), grain.position[domain.geometry.component(axis)]);
+        let faces = domain.boundary(axis);
+        let holds = |face: Option<&Face>| face.is_some_and(|face| face.kind == WallKind::NoSlip);
+        let below = holds(faces.as_ref().and_then(|faces| faces.lower.as_ref()))
+            && at - reach < domain.lower[axis] - SLIGHT * reach;
+        let above = holds(faces.as_ref().map(|faces| &faces.upper))
+            && at + reach > domain.upper[axis] + SLIGHT * reach;
+        below || above
+    };
+    grain.motion != Motion::Free && [(0, [1.0, 0.0, 0.0]), (1, [0.0, 0.0, 1.0])].into_iter().any(cut)
 }

@@ -9,8 +9,13 @@ use crate::immersed::body::{Motion, Patch, Shape};
 /// this, in cells.
 const PATCH: [f64; 2] = [2.0, 2.0];
 
-/// Windows for which it is.
+/// Windows for which it is, and the largest mask ratio there.
 pub(super) const OPEN: u8 = 16;
+/// See [`OPEN`].
+const RATIO: f64 = 0.5;
+
+/// Largest mask ratio in films between grains in space, over ν dt/Δx²: that of a free surface.
+const FILM: f64 = 17.0;
 
 /// Gap, in cells, above which a grain has left what it rested on.
 const LEFT: f64 = 0.1;
@@ -27,7 +32,6 @@ impl ByGap {
         [slow, spacing]: [f64; 2],
         (rests, counts): (&mut [u8], bool),
     ) {
-        shapes.iter_mut().for_each(|shape| shape.patches.clear());
         if slow == 0.0 {
             return;
         }
@@ -49,18 +53,26 @@ impl ByGap {
             if rests[*i].min(rests[*j]) > OPEN || rests[*i].max(rests[*j]) == 0 {
                 continue;
             }
-            // Radius of the sphere whose gap to a plane is the one between the two.
-            let [a, b] = [i, j].map(|grain| shapes[*grain].radius);
-            let round = if i == j { a } else { a * b / (a + b) };
-            let radius = (2.0 * round * PATCH[1] * spacing).sqrt();
-            let mut open = |grain: usize, normal: [f64; 3]| {
-                let from = shapes[grain].radius - PATCH[0] * spacing;
-                shapes[grain].patches.push(Patch { normal, from, radius });
-            };
-            open(*i, *normal);
-            if i != j {
-                open(*j, normal.map(|n| -n));
+            open_between(shapes, [*i, *j], normal, [spacing, RATIO]);
+        }
+    }
+
+    /// Opens the masks in films below a cell between grains in space, at their motion `now`, as far as at a
+    /// free surface: both masks seal the cells there, and the force of a slow approach would grow in them for
+    /// thousands of windows (docs/decisions/film-complement.md). `viscous`: ν dt/Δx².
+    pub fn open_films(&mut self, shapes: &mut [Shape], now: &[Motion], [viscous, spacing]: [f64; 2]) {
+        let Self { free, neighbours, near, .. } = self;
+        near.clear();
+        neighbours.each_near(shapes, now, spacing, |i, j, way, gap| {
+            if free[i] || free[j] {
+                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+                near.push(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
             }
+        });
+        for Near { grains, normal, gap } in &*near {
+            // Not at once: at a gap of a cell nothing is open.
+            let closed = 1.0 - (gap / spacing).max(0.0);
+            open_between(shapes, *grains, normal, [spacing, FILM * viscous / (closed * closed)]);
         }
     }
 
@@ -109,5 +121,22 @@ impl ByGap {
                 }
             }
         }
+    }
+}
+
+/// Opens the masks of two grains towards each other, or of one, named twice, towards a wall, along `normal`
+/// from the first: to a mask ratio of `most`.
+fn open_between(shapes: &mut [Shape], [i, j]: [usize; 2], normal: &[f64; 3], [spacing, most]: [f64; 2]) {
+    // Radius of the sphere whose gap to a plane is the one between the two.
+    let [a, b] = [i, j].map(|grain| shapes[grain].radius);
+    let round = if i == j { a } else { a * b / (a + b) };
+    let radius = (2.0 * round * PATCH[1] * spacing).sqrt();
+    let mut open = |grain: usize, normal: [f64; 3]| {
+        let from = shapes[grain].radius - PATCH[0] * spacing;
+        shapes[grain].patches.push(Patch { normal, from, radius, most });
+    };
+    open(i, *normal);
+    if i != j {
+        open(j, normal.map(|n| -n));
     }
 }

@@ -114,6 +114,7 @@ fn masks_open_where_grains_have_come_to_rest() {
     };
     let mut rests = [0; 3];
     let mut open = |now: &[Motion], slow: f64| {
+        shapes.iter_mut().for_each(|shape| shape.patches.clear());
         by_gap.open_masks(&mut shapes, now, [slow, 0.1], (&mut rests, true));
         shapes.each_ref().map(|shape| shape.patches.iter().map(|patch| patch.normal).collect::<Vec<_>>())
     };
@@ -139,6 +140,7 @@ fn masks_open_where_grains_have_come_to_rest() {
     assert_eq!(open(&above(-0.001), 0.1)[0].len(), 1);
     // What began at rest has sealed nothing.
     rests = [u8::MAX; 3];
+    shapes.iter_mut().for_each(|shape| shape.patches.clear());
     by_gap.open_masks(&mut shapes, &above(-0.001), [0.1, 0.1], (&mut rests, true));
     assert!(shapes[0].patches.is_empty());
 }

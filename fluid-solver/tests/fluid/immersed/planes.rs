@@ -169,12 +169,12 @@ fn the_sum_of_the_stresses_balances_momentum_on_every_plane() {
     let read = |entry: std::fs::DirEntry| std::fs::read_to_string(entry.path()).expect("a sample");
     let mut samples: Vec<Planes> = entries.map(|e| Planes::parse(&read(e)).expect("planes")).collect();
     std::fs::remove_dir_all(&folder).expect("a folder");
-    samples.retain(|sample| sample.time > 4.99);
-    samples.sort_by(|a, b| a.time.total_cmp(&b.time));
+    samples.retain(|sample| sample.time() > 4.99);
+    samples.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let (first, last) = (&samples[0], &samples[samples.len() - 1]);
     let mean = Planes::mean(&samples[1..]).expect("a mean");
     let gained = momentum_below(last).into_iter().zip(momentum_below(first));
-    let rate = gained.map(|(now, before)| (now - before) / (last.time - first.time));
+    let rate = gained.map(|(now, before)| (now - before) / (last.time() - first.time()));
     let balanced: Vec<f64> = shear(&mean).iter().zip(rate).map(|(sum, rate)| sum - rate).collect();
     let total = balanced.iter().sum::<f64>() / balanced.len() as f64;
     let off = balanced.iter().map(|sum| (sum / total - 1.0).abs()).fold(0.0, f64::max);

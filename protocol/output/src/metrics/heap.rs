@@ -51,8 +51,8 @@ pub(super) fn slope(
 ) -> Result<Rule, SceneError> {
     round(scene, index)?;
     let heap = move |last: &LastState| heap(last, &Column { bin, ..Column::at_rest(1.0, centre) });
-    Ok(Rule::of_last(move |last| heap(last).angle(between))
-        .leaving("heap.csv", move |last| Some(heap(last).table(None))))
+    let rule = Rule::of_last(move |last| heap(last).angle(between));
+    Ok(Rule { unit: "deg".into(), ..rule }.leaving("heap.csv", move |last| Some(heap(last).table(None))))
 }
 
 /// Heaps are those of spheres and discs.

@@ -78,7 +78,7 @@ impl Rule {
         Self::at_end("-", |_| Err("no rule says how it is measured".into()))
     }
 
-    /// One of the last state of all grains.
+    /// One of the last state of all grains, without a unit.
     pub(super) fn of_last(give: impl Fn(&LastState) -> Result<f64, String> + Send + Sync + 'static) -> Self {
         Self::at_end("-", move |end| plain(give(end.last()?)?))
     }
