@@ -74,7 +74,7 @@ const DISC: Row = ([0.1, 0.3, 0.3, 0.8, 0.8], "docs/maps/fictitious-domain.csv")
 /// rectangles of 2:1 and 4:1, D being that of the disc of the same area.
 pub(super) const FICTITIOUS: Limits = Limits {
     alone: [DISC; 3],
-    together: Some(([0.1, 0.5, 0.1, 0.5, 0.8], "docs/maps/fictitious-domain-bed.csv")),
+    together: Some(([0.01, 0.01, 0.1, 0.5, 0.2], "docs/maps/fictitious-domain-bed.csv")),
     at_walls: Some(([0.01, 0.3, 0.8, 1.001, 1.5], "docs/maps/light-wall.csv")),
     bodies: Some(([0.8; 5], "docs/maps/bodies.csv")),
 };
