@@ -44,20 +44,31 @@ pub struct Patch {
 impl Patch {
     /// Lowers the mask ratios of places in it, whose arms from the centre are (x + `shift`, `y`, `z`), m
     /// (laboratory axes; r and z for x and z).
+    #[inline(always)]
     pub(super) fn open(&self, ratios: &mut [f64], places: &[f64], [shift, y, z]: [f64; 3]) {
         let Self { normal: [a, b, c], from, radius, most } = *self;
-        let (along, across) = (b * y + c * z, y * y + z * z);
-        let ends = [places.first(), places.last()].map(|x| x.map_or(f64::NAN, |x| a * (x + shift)));
-        if f64::max(ends[0], ends[1]) + along <= from {
-            return;
-        }
+        let (along, across) = (b * y + c * z, y * y + z * z - radius * radius);
         for (ratio, x) in ratios.iter_mut().zip(places) {
             let x = x + shift;
             let along = a * x + along;
-            if *ratio > most && along > from && x * x + across - along * along < radius * radius {
-                *ratio = most;
-            }
+            let inside = (along > from) & (x * x + across < along * along) & (*ratio > most);
+            *ratio = if inside { most } else { *ratio };
         }
+    }
+
+    /// Between which y it holds places at `z` along the third axis, of a grain that reaches as far as `reach`,
+    /// m: those of the part of a circle beyond a chord.
+    #[inline(always)]
+    pub(super) fn rows(&self, z: f64, reach: f64) -> Option<[f64; 2]> {
+        let Self { normal: [a, b, c], from, .. } = *self;
+        let (circle2, beyond, flat2) = (reach * reach - z * z, from - c * z, a * a + b * b);
+        let half2 = circle2 * flat2 - beyond * beyond;
+        if half2 <= 0.0 {
+            return (beyond < 0.0).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+        }
+        let (middle, half, end) = (b * beyond / flat2, a.abs() * half2.sqrt() / flat2, circle2.sqrt());
+        let low = if -b * end > beyond { -end } else { middle - half };
+        Some([low, if b * end > beyond { end } else { middle + half }])
     }
 
     /// Whether component `c` of the velocity (laboratory axes) lies along the surface rather than across it.

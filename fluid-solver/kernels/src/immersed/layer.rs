@@ -284,6 +284,7 @@ impl<const D: usize> Fill<'_, D> {
 impl<const D: usize> Fill<'_, D> {
     /// Opens the mask of the grain of `slice` in its patches, in spans and places from `first` on: to what
     /// flows along the surface there. At cell centres nothing flows.
+    #[inline(always)]
     fn open_mask(&mut self, slice: &Slice, first: [usize; 2]) {
         let Self { grains, grid, layer, .. } = self;
         let (patches, component) = (grains.patches(slice.grain), grains.nodes.component());
@@ -291,14 +292,16 @@ impl<const D: usize> Fill<'_, D> {
             return;
         }
         let c = laboratory(grid.geometry, component);
-        let row = &grains.nodes.row.at;
-        let mut rest = &mut layer.ratios[first[1]..];
-        for span in &layer.spans[first[0]..] {
-            let (ratios, after) = rest.split_at_mut(span.count);
-            rest = after;
-            let places = &row[span.first..][..span.count];
-            for patch in patches.iter().filter(|patch| patch.lies_along(c)) {
-                patch.open(ratios, places, [span.shift, span.middle, slice.arm]);
+        let (row, reach) = (&grains.nodes.row.at, grains.extents[slice.grain].outer);
+        for patch in patches.iter().filter(|patch| patch.lies_along(c)) {
+            let Some([low, high]) = patch.rows(slice.arm, reach) else { continue };
+            let mut at = first[1];
+            for span in &layer.spans[first[0]..] {
+                if (low..=high).contains(&span.middle) {
+                    let (ratios, places) = (&mut layer.ratios[at..], &row[span.first..][..span.count]);
+                    patch.open(&mut ratios[..span.count], places, [span.shift, span.middle, slice.arm]);
+                }
+                at += span.count;
             }
         }
     }
