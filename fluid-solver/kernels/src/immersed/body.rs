@@ -56,8 +56,8 @@ impl Patch {
         }
     }
 
-    /// Between which y it holds places at `z` along the third axis, of a grain that reaches as far as `reach`,
-    /// m: those of the part of a circle beyond a chord.
+    /// Between which y it holds places at `z` along the third axis, of a grain that reaches as far as
+    /// `reach`, m: those of the part of a circle beyond a chord.
     #[inline(always)]
     pub(super) fn rows(&self, z: f64, reach: f64) -> Option<[f64; 2]> {
         let Self { normal: [a, b, c], from, .. } = *self;

@@ -145,6 +145,26 @@ fn masks_open_where_grains_have_come_to_rest() {
     assert!(shapes[0].patches.is_empty());
 }
 
+/// In films below a cell masks of free grains and their neighbours are open to each other, the less the wider
+/// the film.
+#[test]
+fn masks_are_open_in_films() {
+    let mut shapes = [(); 3].map(|()| sphere(1.0, 2.0));
+    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false, false]);
+    let mut open = |gap: f64| {
+        shapes.iter_mut().for_each(|shape| shape.patches.clear());
+        let motions = [at([3.0, 2.0, 3.0]), at([3.0, 2.0, 5.0 + gap]), at([3.0, 4.0, 5.0 + gap])];
+        by_gap.open_films(&mut shapes, &motions, [2.0, 0.1]);
+        shapes.each_ref().map(|shape| shape.patches.clone())
+    };
+    let [free, fixed, other] = open(0.05);
+    assert_eq!((free.len(), fixed.len()), (1, 1));
+    assert!(other.is_empty(), "what is fixed is sealed towards what is fixed");
+    assert!((free[0].normal[2] - 1.0).abs() < 1e-9 && (fixed[0].normal[2] + 1.0).abs() < 1e-9);
+    assert!((free[0].most - 34.0 / 0.25).abs() < 1e-6, "{}", free[0].most);
+    assert!((open(-0.01)[0][0].most - 34.0).abs() < 1e-9 && open(0.11)[0].is_empty());
+}
+
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.
 #[test]
 fn a_crowd_has_the_value_of_grains_alone() {
