@@ -237,7 +237,7 @@ fn the_force_of_a_slow_approach_does_not_hang_on_the_place() {
         let sphere = |side: f64| {
             let (at, speed) = (middle + side * 1.02, -side * 1e-6);
             format!(
-                "[[grains]]\nposition = [2.0, 2.0, {at}]\nvelocity = [0.0, 0.0, {speed}]\nradius = 1.0\n\
+                "[[grains]]\nposition = [2.6, 2.6, {at}]\nvelocity = [0.0, 0.0, {speed}]\nradius = 1.0\n\
                  density = 1e7\n"
             )
         };
@@ -246,8 +246,8 @@ fn the_force_of_a_slow_approach_does_not_hang_on_the_place() {
         };
         let names = ["hydrodynamic_force_z", "lubrication_force_z"];
         let text = format!(
-            "until = 3.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 6.0]\n\
-             cells = [20, 20, 30]\nboundary = {{ x = \"periodic\", y = \"periodic\", z = \"free-slip\" }}\n\
+            "until = 3.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [5.2, 5.2, 6.0]\n\
+             cells = [26, 26, 30]\nboundary = {{ x = \"periodic\", y = \"periodic\", z = \"free-slip\" }}\n\
              [medium]\ndensity = 1.0\nviscosity = 10.0\n{}{}[fluid.time]\nconvection = false\n\
              [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1e-2\n\
              [dem.lubrication]\nform = \"complement\"\nroughness = 1e-7\n[observe]\nevery = 0.1\n{}{}",
