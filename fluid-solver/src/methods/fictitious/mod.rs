@@ -140,15 +140,13 @@ pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
 
 /// Whether a no-slip face cuts a grain that stays or is driven there.
 fn is_cut(domain: &Domain, grain: &bedload_scene::Grain) -> bool {
-    let cut = |(axis, direction): (usize, [f64; 3])| {
-        let (reach, at) = (grain.reach_along(direction), grain.position[domain.geometry.component(axis)]);
-        let faces = domain.boundary(axis);
+    let cut = |(axis, up): (usize, [f64; 3])| {
+        let [down, up] = [up.map(|part| -part), up].map(|way| (1.0 - SLIGHT) * grain.reach_along(way));
+        let (at, faces) = (grain.position[domain.geometry.component(axis)], domain.boundary(axis));
         let holds = |face: Option<&Face>| face.is_some_and(|face| face.kind == WallKind::NoSlip);
-        let below = holds(faces.as_ref().and_then(|faces| faces.lower.as_ref()))
-            && at - reach < domain.lower[axis] - SLIGHT * reach;
-        let above = holds(faces.as_ref().map(|faces| &faces.upper))
-            && at + reach > domain.upper[axis] + SLIGHT * reach;
-        below || above
+        let lower = holds(faces.as_ref().and_then(|faces| faces.lower.as_ref()));
+        let upper = holds(faces.as_ref().map(|faces| &faces.upper));
+        lower && at - down < domain.lower[axis] || upper && at + up > domain.upper[axis]
     };
     grain.motion != Motion::Free && [(0, [1.0, 0.0, 0.0]), (1, [0.0, 0.0, 1.0])].into_iter().any(cut)
 }
