@@ -262,24 +262,21 @@ fn no_film(scene: &CheckedScene) -> Option<String> {
     let led: Vec<&Grain> = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).collect();
     let driven = || led.iter().filter(|grain| grain.motion == Motion::Prescribed && moves(grain)).take(64);
     let times = (0..=16).map(|k| scene.scene.until * f64::from(k) / 16.0);
-    let still = OverTime::Constant([0.0; 3]);
-    let at = |grain: &Grain, t: f64| {
-        let way = if grain.motion == Motion::Fixed { [0.0; 3] } else { grain.velocity.integral(t) };
-        std::array::from_fn(|c| grain.position[c] + way[c])
+    let velocity =
+        |of: &Grain| if of.motion == Motion::Fixed { OverTime::default() } else { of.velocity.clone() };
+    let at = |of: &Grain, t: f64| {
+        let way = velocity(of).integral(t);
+        std::array::from_fn(|c| of.position[c] + way[c])
     };
+    let walls = scene.contact_walls();
     let to_wall = |grain: &Grain, t: f64| {
-        let walls = scene.contact_walls().into_iter().filter(|wall| wall.velocity != grain.velocity);
-        let gaps = walls.map(|wall| {
-            let (x, way): ([f64; 3], _) = (at(grain, t), wall.velocity.integral(t));
-            let size = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-            (0..3).map(|c| (x[c] - wall.point[c] - way[c]) * wall.normal[c] / size).sum::<f64>()
-                - grain.radius
+        let gaps = walls.iter().filter(|wall| wall.velocity != grain.velocity).map(|wall| {
+            let (x, [point, normal]): ([f64; 3], _) = (at(grain, t), wall.at(t));
+            (0..3).map(|c| (x[c] - point[c]) * normal[c]).sum::<f64>() - grain.radius
         });
         gaps.map(f64::abs).fold(f64::INFINITY, f64::min)
     };
     let to_grains = |grain: &Grain, t: f64| {
-        let velocity =
-            |of: &Grain| if of.motion == Motion::Fixed { still.clone() } else { of.velocity.clone() };
         let others = led.iter().filter(|other| velocity(other) != grain.velocity);
         let gaps = others.map(|other| {
             let [a, b]: [[f64; 3]; 2] = [at(grain, t), at(other, t)];

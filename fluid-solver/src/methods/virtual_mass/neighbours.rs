@@ -94,20 +94,21 @@ impl Neighbours {
         });
     }
 
-    /// Calls `each` once with every pair whose gap is at most `most`, m, the way from the first to the
-    /// second, m, and the gap.
+    /// Calls `each` once with every pair whose gap is at most `most`, m.
     pub(super) fn each_near(
         &mut self,
         shapes: &[Shape],
         now: &[Motion],
         most: f64,
-        mut each: impl FnMut(usize, usize, [f64; 3], f64),
+        mut each: impl FnMut(Near),
     ) {
         self.sort(now);
         self.each_neighbour(|i, j| {
             let gap = self.gap(shapes, now, i, j);
             if gap <= most {
-                each(i, j, self.way(now, i, j), gap);
+                let way = self.way(now, i, j);
+                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+                each(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
             }
         });
     }

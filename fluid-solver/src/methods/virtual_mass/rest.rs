@@ -63,10 +63,9 @@ impl ByGap {
     pub fn open_films(&mut self, shapes: &mut [Shape], now: &[Motion], [viscous, spacing]: [f64; 2]) {
         let Self { free, neighbours, near, .. } = self;
         near.clear();
-        neighbours.each_near(shapes, now, spacing, |i, j, way, gap| {
-            if free[i] || free[j] {
-                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
-                near.push(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
+        neighbours.each_near(shapes, now, spacing, |pair| {
+            if pair.grains.iter().any(|grain| free[*grain]) {
+                near.push(pair);
             }
         });
         for Near { grains, normal, gap } in &*near {
@@ -100,10 +99,9 @@ impl ByGap {
                 }
             }
         }
-        neighbours.each_near(shapes, now, LEFT * spacing, |i, j, way, gap| {
-            if (free[i] || free[j]) && is_slow(i) && is_slow(j) {
-                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
-                near.push(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
+        neighbours.each_near(shapes, now, LEFT * spacing, |pair| {
+            if pair.grains.iter().any(|grain| free[*grain]) && pair.grains.into_iter().all(is_slow) {
+                near.push(pair);
             }
         });
     }

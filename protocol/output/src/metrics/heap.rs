@@ -8,6 +8,7 @@ use super::last::LastState;
 use super::rule::{Rule, plain, published};
 use super::touching::{Ball, largest_cluster};
 use crate::points::published_points;
+use crate::totals::part_below;
 
 /// The rule of metric `index`, which is about a column.
 pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneError> {
@@ -126,14 +127,8 @@ fn solid_fraction(last: &LastState, column: &Column) -> f64 {
 /// Volume of a sphere of radius `r` between the heights `low` and `high` above its centre, m³; without a
 /// `depth` the area of a disc, m².
 fn slab(r: f64, low: f64, high: f64, depth: Option<f64>) -> f64 {
-    let below = |h: f64| {
-        let h = h.clamp(-r, r);
-        match depth {
-            Some(_) => std::f64::consts::PI * (r * r * h - h.powi(3) / 3.0),
-            None => h * (r * r - h * h).max(0.0).sqrt() + r * r * (h / r).asin(),
-        }
-    };
-    below(high) - below(low)
+    let whole = std::f64::consts::PI * depth.map_or(r * r, |_| 4.0 / 3.0 * r.powi(3));
+    whole * (part_below(high / r, depth.is_none()) - part_below(low / r, depth.is_none()))
 }
 
 #[cfg(test)]
