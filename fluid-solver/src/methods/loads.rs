@@ -224,7 +224,7 @@ fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
 /// The loads of all grains.
 pub struct GrainLoads {
     rule: LoadsRule,
-    /// What walls and neighbours add to the virtual mass; none where no grain is free.
+    /// What walls and neighbours add to the virtual mass; none with the methods that have none.
     by_gap: Option<ByGap>,
     /// Whether the mass counts by which the mask differs from the grain.
     displaced_mass: bool,
@@ -243,7 +243,7 @@ impl GrainLoads {
         let (shapes, free) = (scene_grains::shapes(scene), scene_grains::free(scene));
         Self {
             rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity: [0.0; 3], density, dimensions },
-            by_gap: free.contains(&true).then(|| ByGap::new(grid, &shapes, free)),
+            by_gap: (!shapes.is_empty()).then(|| ByGap::new(grid, &shapes, free)),
             displaced_mass: true,
             freedoms: scene_grains::freedoms(scene),
             follows: false,
@@ -378,7 +378,7 @@ impl GrainLoads {
         let slow = if seals { (AT_REST * spacing / model.dt).min(viscous) } else { 0.0 };
         let shapes = immersed.shapes_mut();
         shapes.iter_mut().for_each(|shape| shape.patches.clear());
-        if self.rule.dimensions == 3 && shapes.len() > 1 {
+        if self.rule.dimensions == 3 {
             by_gap.open_films(shapes, motions, [viscous * model.dt / spacing, spacing]);
         }
         by_gap.open_masks(shapes, motions, [slow, spacing], rests);

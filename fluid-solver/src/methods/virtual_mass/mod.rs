@@ -34,9 +34,14 @@ struct Wall {
     at: f64,
     /// 1 on a lower face, −1 on an upper one.
     inward: f64,
+    slips: bool,
 }
 
 impl Wall {
+    fn outward(&self) -> [f64; 3] {
+        std::array::from_fn(|c| if c == self.axis { -self.inward } else { 0.0 })
+    }
+
     /// Gap between it and a round body, m.
     fn gap(&self, shape: &Shape, motion: &Motion) -> f64 {
         self.inward * (motion.centre[self.axis] - self.at) - shape.radius
@@ -87,7 +92,8 @@ impl ByGap {
             let (first, last) = (grid.axes[a].faces[0], grid.axes[a].faces[grid.cells[a]]);
             for (face, at, inward) in [(faces[0], first, 1.0), (faces[1], last, -1.0)] {
                 if matches!(face, Boundary::NoSlip { .. } | Boundary::FreeSlip) {
-                    walls.push(Wall { axis: laboratory(grid.geometry, a), at, inward });
+                    let (axis, slips) = (laboratory(grid.geometry, a), face == Boundary::FreeSlip);
+                    walls.push(Wall { axis, at, inward, slips });
                 }
             }
         }

@@ -37,13 +37,14 @@ impl Cells {
     }
 }
 
-/// Two grains near each other, or twice the same at a wall, the direction from the first to the second, and
-/// the gap.
+/// Two grains near each other, or twice the same at a wall, the direction from the first to the second, the
+/// gap, and the radius of the sphere that has the same gap to a plane around its least.
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     pub(super) grains: [usize; 2],
     pub(super) normal: [f64; 3],
     pub(super) gap: f64,
+    pub(super) round: f64,
 }
 
 /// A cell list over the box of the grid, made anew for each window.
@@ -108,7 +109,9 @@ impl Neighbours {
             if gap <= most {
                 let way = self.way(now, i, j);
                 let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
-                each(Near { grains: [i, j], normal: way.map(|way| way / length), gap });
+                let [a, b] = [i, j].map(|grain| shapes[grain].radius);
+                let round = a * b / (a + b);
+                each(Near { grains: [i, j], normal: way.map(|way| way / length), gap, round });
             }
         });
     }

@@ -14,8 +14,9 @@ pub(super) const OPEN: u8 = 16;
 /// See [`OPEN`].
 const RATIO: f64 = 0.5;
 
-/// Largest mask ratio in films between grains in space, over ν dt/Δx²: that of a free surface.
-const FILM: f64 = 17.0;
+/// Largest mask ratio in films of grains in space, over ν dt/Δx²: that of a free surface; and the gap, in
+/// cells, below which masks open.
+const FILM: (f64, f64) = (17.0, 2.0);
 
 /// Gap, in cells, above which a grain has left what it rested on.
 const LEFT: f64 = 0.1;
@@ -49,29 +50,38 @@ impl ByGap {
                 }
             }
         }
-        for Near { grains: [i, j], normal, .. } in near.iter().filter(|near| near.gap <= 0.0) {
-            if rests[*i].min(rests[*j]) > OPEN || rests[*i].max(rests[*j]) == 0 {
-                continue;
+        for pair in near.iter().filter(|near| near.gap <= 0.0) {
+            let [i, j] = pair.grains.map(|grain| rests[grain]);
+            if i.min(j) <= OPEN && i.max(j) > 0 {
+                open_between(shapes, pair, [spacing, RATIO]);
             }
-            open_between(shapes, [*i, *j], normal, [spacing, RATIO]);
         }
     }
 
-    /// Opens the masks in films below a cell between grains in space, at their motion `now`, as far as at a
-    /// free surface: both masks seal the cells there, and the force of a slow approach would grow in them for
-    /// thousands of windows (docs/decisions/film-complement.md). `viscous`: ν dt/Δx².
+    /// Opens the masks in films below two cells between grains in space, and between them and walls, at their
+    /// motion `now`, as far as at a free surface: the masks seal the cells there, and the force of a slow
+    /// approach would grow in them for thousands of windows (docs/decisions/film-complement.md). `viscous`:
+    /// ν dt/Δx².
     pub fn open_films(&mut self, shapes: &mut [Shape], now: &[Motion], [viscous, spacing]: [f64; 2]) {
-        let Self { free, neighbours, near, .. } = self;
+        let Self { walls, neighbours, near, .. } = self;
+        let (ratio, widest) = (FILM.0 * viscous, FILM.1 * spacing);
         near.clear();
-        neighbours.each_near(shapes, now, spacing, |pair| {
-            if pair.grains.iter().any(|grain| free[*grain]) {
-                near.push(pair);
+        for grain in 0..shapes.len() {
+            for wall in &*walls {
+                // A wall that slips is a plane of symmetry.
+                let (gap, round) = (wall.gap(&shapes[grain], &now[grain]), shapes[grain].radius);
+                let [gap, round] = if wall.slips { [2.0 * gap, 0.5 * round] } else { [gap, round] };
+                if gap <= widest {
+                    near.push(Near { grains: [grain; 2], normal: wall.outward(), gap, round });
+                }
             }
-        });
-        for Near { grains, normal, gap } in &*near {
-            // Not at once: at a gap of a cell nothing is open.
-            let closed = 1.0 - (gap / spacing).max(0.0);
-            open_between(shapes, *grains, normal, [spacing, FILM * viscous / (closed * closed)]);
+        }
+        neighbours.each_near(shapes, now, widest, |pair| near.push(pair));
+        // What overlaps by more has no film.
+        for pair in near.iter().filter(|near| near.gap >= -spacing) {
+            // Not at once: the widest are closed.
+            let open = 1.0 - (pair.gap / widest).max(0.0);
+            open_between(shapes, pair, [spacing, ratio / open]);
         }
     }
 
@@ -94,8 +104,8 @@ impl ByGap {
                 let gap = wall.gap(&shapes[grain], &now[grain]);
                 if gap <= LEFT * spacing {
                     borne[grain] = true;
-                    let normal = std::array::from_fn(|c| if c == wall.axis { -wall.inward } else { 0.0 });
-                    near.push(Near { grains: [grain; 2], normal, gap });
+                    let round = shapes[grain].radius;
+                    near.push(Near { grains: [grain; 2], normal: wall.outward(), gap, round });
                 }
             }
         }
@@ -122,18 +132,16 @@ impl ByGap {
     }
 }
 
-/// Opens the masks of two grains towards each other, or of one, named twice, towards a wall, along `normal`
-/// from the first: to a mask ratio of `most`.
-fn open_between(shapes: &mut [Shape], [i, j]: [usize; 2], normal: &[f64; 3], [spacing, most]: [f64; 2]) {
-    // Radius of the sphere whose gap to a plane is the one between the two.
-    let [a, b] = [i, j].map(|grain| shapes[grain].radius);
-    let round = if i == j { a } else { a * b / (a + b) };
+/// Opens the masks of two grains towards each other, or of one, named twice, towards a wall: to a mask ratio
+/// of `most`.
+fn open_between(shapes: &mut [Shape], pair: &Near, [spacing, most]: [f64; 2]) {
+    let Near { grains: [i, j], normal, round, .. } = *pair;
     let radius = (2.0 * round * PATCH[1] * spacing).sqrt();
     let mut open = |grain: usize, normal: [f64; 3]| {
         let from = shapes[grain].radius - PATCH[0] * spacing;
         shapes[grain].patches.push(Patch { normal, from, radius, most });
     };
-    open(i, *normal);
+    open(i, normal);
     if i != j {
         open(j, normal.map(|n| -n));
     }

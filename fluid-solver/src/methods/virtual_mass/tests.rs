@@ -145,24 +145,34 @@ fn masks_open_where_grains_have_come_to_rest() {
     assert!(shapes[0].patches.is_empty());
 }
 
-/// In films below a cell masks of free grains and their neighbours are open to each other, the less the wider
-/// the film.
+/// In films below two cells masks are open to each other and to walls, the less the wider the film; a wall
+/// that slips is a plane of symmetry.
 #[test]
 fn masks_are_open_in_films() {
-    let mut shapes = [(); 3].map(|()| sphere(1.0, 2.0));
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, vec![true, false, false]);
-    let mut open = |gap: f64| {
+    let mut shapes = [(); 2].map(|()| sphere(1.0, 2.0));
+    let mut open = |wall: Boundary<3>, [below, gap]: [f64; 2]| {
+        let mut by_gap = ByGap::new(&grid(wall), &shapes, vec![true, false]);
         shapes.iter_mut().for_each(|shape| shape.patches.clear());
-        let motions = [at([3.0, 2.0, 3.0]), at([3.0, 2.0, 5.0 + gap]), at([3.0, 4.0, 5.0 + gap])];
-        by_gap.open_films(&mut shapes, &motions, [2.0, 0.1]);
+        by_gap.open_films(
+            &mut shapes,
+            &[at([3.0, 2.0, 1.0 + below]), at([3.0, 2.0, 3.0 + below + gap])],
+            [2.0, 0.1],
+        );
         shapes.each_ref().map(|shape| shape.patches.clone())
     };
-    let [free, fixed, other] = open(0.05);
-    assert_eq!((free.len(), fixed.len()), (1, 1));
-    assert!(other.is_empty(), "what is fixed is sealed towards what is fixed");
-    assert!((free[0].normal[2] - 1.0).abs() < 1e-9 && (fixed[0].normal[2] + 1.0).abs() < 1e-9);
-    assert!((free[0].most - 34.0 / 0.25).abs() < 1e-6, "{}", free[0].most);
-    assert!((open(-0.01)[0][0].most - 34.0).abs() < 1e-9 && open(0.11)[0].is_empty());
+    let [lower, upper] = open(Boundary::WALL, [0.5, 0.05]);
+    assert_eq!((lower.len(), upper.len()), (1, 1));
+    assert!((lower[0].normal[2] - 1.0).abs() < 1e-9 && (upper[0].normal[2] + 1.0).abs() < 1e-9);
+    assert!((lower[0].most - 34.0 / 0.75).abs() < 1e-6, "{}", lower[0].most);
+    let mut at_gap = |gap: f64| open(Boundary::WALL, [0.5, gap]);
+    assert!((at_gap(-0.01)[0][0].most - 34.0).abs() < 1e-9);
+    assert!(at_gap(0.21)[0].is_empty() && at_gap(-0.11)[0].is_empty(), "none where there is no film");
+    let [wall, _] = open(Boundary::WALL, [0.05, 0.5]);
+    assert_eq!((wall.len(), wall[0].normal), (1, [0.0, 0.0, -1.0]));
+    // The image is as far again, and as round.
+    let ([slips, _], [pair, _]) = (open(Boundary::FreeSlip, [0.025, 0.5]), open(Boundary::WALL, [0.5, 0.05]));
+    assert_eq!(slips[0].radius, pair[0].radius);
+    assert!((slips[0].most - pair[0].most).abs() < 1e-6 && wall[0].radius > slips[0].radius);
 }
 
 /// Three in a row: the one in the middle has two contacts and counts as held for the others.
