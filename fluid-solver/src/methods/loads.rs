@@ -224,7 +224,7 @@ fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
 /// The loads of all grains.
 pub struct GrainLoads {
     rule: LoadsRule,
-    /// What walls and neighbours add to the virtual mass; none with the methods that have none.
+    /// What walls and neighbours add to the virtual mass; none where all grains are fixed.
     by_gap: Option<ByGap>,
     /// Whether the mass counts by which the mask differs from the grain.
     displaced_mass: bool,
@@ -241,9 +241,11 @@ impl GrainLoads {
     pub(super) fn new<const D: usize>(grid: &Grid<D>, scene: &CheckedScene, density: f64) -> Self {
         let dimensions = grid.geometry.grain_dimensions();
         let (shapes, free) = (scene_grains::shapes(scene), scene_grains::free(scene));
+        let geometry = scene.scene.domain.geometry;
+        let moves: Vec<_> = scene.grains.iter().map(|grain| !grain.stays(geometry)).collect();
         Self {
             rule: LoadsRule { virtual_mass: virtual_mass::ALONE, gravity: [0.0; 3], density, dimensions },
-            by_gap: (!shapes.is_empty()).then(|| ByGap::new(grid, &shapes, free)),
+            by_gap: moves.contains(&true).then(|| ByGap::new(grid, &shapes, [free, moves])),
             displaced_mass: true,
             freedoms: scene_grains::freedoms(scene),
             follows: false,

@@ -161,7 +161,7 @@ fn the_same_bits_where_the_drive_changes_between_two_parts() {
 }
 
 /// First apex over D, mean over where in its window the sphere touches: windows of five contact times move it
-/// by 15 % from where windows of half a contact time have it, and by less than half of that where touches are
+/// by 6 % from where windows of half a contact time have it, and by less than half of that where touches are
 /// repeated.
 #[test]
 fn repeated_touches_bring_the_bounce_nearer_to_that_of_short_windows() {
@@ -180,7 +180,7 @@ fn repeated_touches_bring_the_bounce_nearer_to_that_of_short_windows() {
     let [plain, selective] =
         [apex("plain", &[]), apex("selective", &SELECTIVE)].map(|apex| apex / short - 1.0);
     println!("short windows {short:.4} D, long ones {plain:+.3}, with touches repeated {selective:+.3}");
-    assert!(plain > 0.1 && selective.abs() < 0.5 * plain, "{plain} and {selective} of {short} D");
+    assert!(plain > 0.03 && selective.abs() < 0.5 * plain, "{plain} and {selective} of {short} D");
     let attempts = metric(&folder.join("selective-0"), "attempts_per_window");
     assert!((1.0..2.0).contains(&attempts), "{attempts}: some stand at once, some are repeated");
 }

@@ -53,8 +53,9 @@ impl Wall {
 pub struct ByGap {
     dimensions: i32,
     walls: Vec<Wall>,
-    /// Which grains the fluid can move.
+    /// Which grains the fluid can move, and which are not fixed.
     free: Vec<bool>,
+    moves: Vec<bool>,
     neighbours: Neighbours,
     then: Vec<Motion>,
     /// Pairs within reach, and their gaps.
@@ -81,8 +82,8 @@ fn closes([first, last]: [f64; 2]) -> f64 {
 }
 
 impl ByGap {
-    /// For grains of which `free` says whether the fluid moves them.
-    pub fn new<const D: usize>(grid: &Grid<D>, shapes: &[Shape], free: Vec<bool>) -> Self {
+    /// For grains of which `free` says whether the fluid moves them, and `moves` whether anything does.
+    pub fn new<const D: usize>(grid: &Grid<D>, shapes: &[Shape], [free, moves]: [Vec<bool>; 2]) -> Self {
         let mut walls = Vec::new();
         for (a, faces) in grid.boundaries.iter().enumerate() {
             // On the axis of symmetry no grain comes nearer to the mantle.
@@ -101,6 +102,7 @@ impl ByGap {
             dimensions: grid.geometry.grain_dimensions(),
             walls,
             free,
+            moves,
             neighbours: Neighbours::new(grid, shapes, REACH),
             then: vec![Motion::default(); shapes.len()],
             pairs: Vec::new(),
@@ -125,6 +127,9 @@ impl ByGap {
         excess.fill(0.0);
         contacts.fill(0);
         touches.fill(1.0);
+        if !free.contains(&true) {
+            return excess;
+        }
         // The gaps are those of round bodies; others are as if alone.
         for (grain, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.outline.is_none()) {
             for wall in &*walls {

@@ -5,8 +5,8 @@ use super::ByGap;
 use super::neighbours::Near;
 use crate::immersed::body::{Motion, Patch, Shape};
 
-/// Where a grain has come to rest on something its mask is open to this depth, and where the gap is below
-/// this, in cells.
+/// Where a grain has come to rest on something its mask is open to this depth, and where the gap is wider by
+/// less than this, in cells.
 const PATCH: [f64; 2] = [2.0, 2.0];
 
 /// Windows for which it is, and the largest mask ratio there.
@@ -14,9 +14,10 @@ pub(super) const OPEN: u8 = 16;
 /// See [`OPEN`].
 const RATIO: f64 = 0.5;
 
-/// Largest mask ratio in films of grains in space, over ν dt/Δx²: that of a free surface; and the gap, in
-/// cells, below which masks open.
-const FILM: (f64, f64) = (17.0, 2.0);
+/// Largest mask ratio in films of grains in space, over ν dt/Δx²: that of a free surface.
+const FILM: f64 = 17.0;
+/// Depth, in cells, to which masks are open there.
+const LAYER: f64 = 0.5;
 
 /// Gap, in cells, above which a grain has left what it rested on.
 const LEFT: f64 = 0.1;
@@ -53,35 +54,37 @@ impl ByGap {
         for pair in near.iter().filter(|near| near.gap <= 0.0) {
             let [i, j] = pair.grains.map(|grain| rests[grain]);
             if i.min(j) <= OPEN && i.max(j) > 0 {
-                open_between(shapes, pair, [spacing, RATIO]);
+                let around = PATCH[1] * spacing;
+                open_between(shapes, pair, [PATCH[0] * spacing, around, RATIO]);
             }
         }
     }
 
-    /// Opens the masks in films below two cells between grains in space, and between them and walls, at their
-    /// motion `now`, as far as at a free surface: the masks seal the cells there, and the force of a slow
-    /// approach would grow in them for thousands of windows (docs/decisions/film-complement.md). `viscous`:
-    /// ν dt/Δx².
+    /// Opens the masks in films of grains in space that move, at their motion `now`, as far as at a free
+    /// surface: where the gap is below a cell the masks seal the cells, and the force of a slow approach would
+    /// grow in them for thousands of windows (docs/decisions/film-complement.md). `viscous`: ν dt/Δx².
     pub fn open_films(&mut self, shapes: &mut [Shape], now: &[Motion], [viscous, spacing]: [f64; 2]) {
-        let Self { walls, neighbours, near, .. } = self;
-        let (ratio, widest) = (FILM.0 * viscous, FILM.1 * spacing);
+        let Self { walls, moves, neighbours, near, .. } = self;
         near.clear();
-        for grain in 0..shapes.len() {
+        for grain in (0..shapes.len()).filter(|grain| moves[*grain]) {
             for wall in &*walls {
                 // A wall that slips is a plane of symmetry.
                 let (gap, round) = (wall.gap(&shapes[grain], &now[grain]), shapes[grain].radius);
                 let [gap, round] = if wall.slips { [2.0 * gap, 0.5 * round] } else { [gap, round] };
-                if gap <= widest {
+                if gap <= spacing {
                     near.push(Near { grains: [grain; 2], normal: wall.outward(), gap, round });
                 }
             }
         }
-        neighbours.each_near(shapes, now, widest, |pair| near.push(pair));
+        neighbours.each_near(shapes, now, spacing, |pair| {
+            if pair.grains.iter().any(|grain| moves[*grain]) {
+                near.push(pair);
+            }
+        });
         // What overlaps by more has no film.
         for pair in near.iter().filter(|near| near.gap >= -spacing) {
-            // Not at once: the widest are closed.
-            let open = 1.0 - (pair.gap / widest).max(0.0);
-            open_between(shapes, pair, [spacing, ratio / open]);
+            let around = spacing - pair.gap.max(0.0);
+            open_between(shapes, pair, [LAYER * spacing, around, FILM * viscous]);
         }
     }
 
@@ -132,13 +135,13 @@ impl ByGap {
     }
 }
 
-/// Opens the masks of two grains towards each other, or of one, named twice, towards a wall: to a mask ratio
-/// of `most`.
-fn open_between(shapes: &mut [Shape], pair: &Near, [spacing, most]: [f64; 2]) {
+/// Opens the masks of two grains towards each other, or of one, named twice, towards a wall: to a
+/// `depth`, m, where the gap is wider by less than `around`, m, to a mask ratio of `most`.
+fn open_between(shapes: &mut [Shape], pair: &Near, [depth, around, most]: [f64; 3]) {
     let Near { grains: [i, j], normal, round, .. } = *pair;
-    let radius = (2.0 * round * PATCH[1] * spacing).sqrt();
+    let radius = (2.0 * round * around).sqrt();
     let mut open = |grain: usize, normal: [f64; 3]| {
-        let from = shapes[grain].radius - PATCH[0] * spacing;
+        let from = shapes[grain].radius - depth;
         shapes[grain].patches.push(Patch { normal, from, radius, most });
     };
     open(i, normal);
