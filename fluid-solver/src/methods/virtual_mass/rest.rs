@@ -61,8 +61,8 @@ impl ByGap {
     }
 
     /// Opens the masks in films of grains in space that move, at their motion `now`, as far as at a free
-    /// surface: where the gap is below a cell the masks seal the cells, and the force of a slow approach would
-    /// grow in them for thousands of windows (docs/decisions/film-complement.md). `viscous`: ν dt/Δx².
+    /// surface: where the gap is below a cell the masks seal the cells, and the force of a slow approach
+    /// would grow in them for thousands of windows (docs/decisions/film-complement.md). `viscous`: ν dt/Δx².
     pub fn open_films(&mut self, shapes: &mut [Shape], now: &[Motion], [viscous, spacing]: [f64; 2]) {
         let Self { walls, moves, neighbours, near, .. } = self;
         near.clear();
