@@ -38,13 +38,15 @@ struct Wall {
 }
 
 impl Wall {
-    fn outward(&self) -> [f64; 3] {
-        std::array::from_fn(|c| if c == self.axis { -self.inward } else { 0.0 })
-    }
-
     /// Gap between it and a round body, m.
     fn gap(&self, shape: &Shape, motion: &Motion) -> f64 {
         self.inward * (motion.centre[self.axis] - self.at) - shape.radius
+    }
+
+    /// It and the round `grain`.
+    fn near(&self, grain: usize, shape: &Shape, motion: &Motion) -> Near {
+        let normal = std::array::from_fn(|c| if c == self.axis { -self.inward } else { 0.0 });
+        Near { grains: [grain; 2], normal, gap: self.gap(shape, motion), round: shape.radius }
     }
 }
 
@@ -65,7 +67,7 @@ pub struct ByGap {
     /// Part of the window at which each grain first touches something; 1 where it does not.
     touches: Vec<f64>,
     excess: Vec<f64>,
-    /// What slow grains are near, and which of them something bears.
+    /// What is near in films or at rest, and which grains something bears.
     near: Vec<Near>,
     borne: Vec<bool>,
 }

@@ -105,12 +105,11 @@ impl Neighbours {
     ) {
         self.sort(now);
         self.each_neighbour(|i, j| {
-            let gap = self.gap(shapes, now, i, j);
+            let way = self.way(now, i, j);
+            let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let [a, b] = [i, j].map(|grain| shapes[grain].radius);
+            let (gap, round) = (length - a - b, a * b / (a + b));
             if gap <= most {
-                let way = self.way(now, i, j);
-                let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let [a, b] = [i, j].map(|grain| shapes[grain].radius);
-                let round = a * b / (a + b);
                 each(Near { grains: [i, j], normal: way.map(|way| way / length), gap, round });
             }
         });

@@ -1,5 +1,5 @@
-//! Masks open where grains come to rest: what braked them would stay in the cells that they seal with what
-//! they rest on, and bear them (docs/decisions/rest.md).
+//! Masks open in films and where grains come to rest: a force would grow in the cells that they seal, or what
+//! braked them would stay there and bear them (docs/decisions/film-complement.md, docs/decisions/rest.md).
 
 use super::ByGap;
 use super::neighbours::Near;
@@ -54,8 +54,7 @@ impl ByGap {
         for pair in near.iter().filter(|near| near.gap <= 0.0) {
             let [i, j] = pair.grains.map(|grain| rests[grain]);
             if i.min(j) <= OPEN && i.max(j) > 0 {
-                let around = PATCH[1] * spacing;
-                open_between(shapes, pair, [PATCH[0] * spacing, around, RATIO]);
+                open_between(shapes, pair, [PATCH[0] * spacing, PATCH[1] * spacing, RATIO]);
             }
         }
     }
@@ -68,11 +67,13 @@ impl ByGap {
         near.clear();
         for grain in (0..shapes.len()).filter(|grain| moves[*grain]) {
             for wall in &*walls {
-                // A wall that slips is a plane of symmetry.
-                let (gap, round) = (wall.gap(&shapes[grain], &now[grain]), shapes[grain].radius);
-                let [gap, round] = if wall.slips { [2.0 * gap, 0.5 * round] } else { [gap, round] };
-                if gap <= spacing {
-                    near.push(Near { grains: [grain; 2], normal: wall.outward(), gap, round });
+                let mut pair = wall.near(grain, &shapes[grain], &now[grain]);
+                if wall.slips {
+                    // A plane of symmetry.
+                    (pair.gap, pair.round) = (2.0 * pair.gap, 0.5 * pair.round);
+                }
+                if pair.gap <= spacing {
+                    near.push(pair);
                 }
             }
         }
@@ -104,11 +105,10 @@ impl ByGap {
                 continue;
             }
             for wall in &*walls {
-                let gap = wall.gap(&shapes[grain], &now[grain]);
-                if gap <= LEFT * spacing {
+                let pair = wall.near(grain, &shapes[grain], &now[grain]);
+                if pair.gap <= LEFT * spacing {
                     borne[grain] = true;
-                    let round = shapes[grain].radius;
-                    near.push(Near { grains: [grain; 2], normal: wall.outward(), gap, round });
+                    near.push(pair);
                 }
             }
         }

@@ -27,6 +27,11 @@ fn sphere(radius: f64, density: f64) -> Shape {
     }
 }
 
+/// What is not free is fixed.
+fn by_gap_of(wall: Boundary<3>, shapes: &[Shape], free: Vec<bool>) -> ByGap {
+    ByGap::new(&grid(wall), shapes, [free.clone(), free])
+}
+
 fn at(centre: [f64; 3]) -> Motion {
     Motion { centre, ..Motion::default() }
 }
@@ -69,14 +74,13 @@ fn walls_neighbours_and_periodic_images_are_found() {
     // 0 and 1 touch across the periodic face, 2 touches the floor, 3 is alone.
     let motions = [at([0.5, 5.0, 5.0]), at([8.5, 5.0, 5.0]), at([5.0, 2.0, 1.0]), at([5.0, 7.0, 5.0])];
     let contact = at_a_wall(3, 1.0, 0.0) - 0.5;
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![true; 4]));
+    let mut by_gap = by_gap_of(Boundary::WALL, &shapes, vec![true; 4]);
     let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5).to_vec();
     for (grain, expected) in [contact, contact, contact, 0.0].into_iter().enumerate() {
         assert!((excess[grain] - expected).abs() < 1e-12, "grain {grain}: {excess:?}");
     }
     // A held neighbour takes the value of a pair of which one moves, and no mass itself.
-    let mut by_gap =
-        ByGap::new(&grid(Boundary::Outflow), &shapes, [(); 2].map(|()| vec![true, false, true, true]));
+    let mut by_gap = by_gap_of(Boundary::Outflow, &shapes, vec![true, false, true, true]);
     let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5);
     assert!((excess[0] - (beside(3, 1.0, 1.0, 0.0).own - 0.5)).abs() < 1e-12);
     assert_eq!(&excess[1..], [0.0; 3]);
@@ -86,7 +90,7 @@ fn walls_neighbours_and_periodic_images_are_found() {
 #[test]
 fn a_touch_is_foreseen() {
     let shapes = [sphere(1.0, 2.0), sphere(1.0, 2.0)];
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![true, false]));
+    let mut by_gap = by_gap_of(Boundary::WALL, &shapes, vec![true, false]);
     let mut until = |place: [f64; 3], velocity: [f64; 3]| {
         let motions = [Motion { velocity, ..at(place) }, at([5.0, 5.0, 5.0])];
         by_gap.until_touch(&shapes, &motions, 2.0, 0.1)
@@ -107,7 +111,7 @@ fn a_touch_is_foreseen() {
 #[test]
 fn masks_open_where_grains_have_come_to_rest() {
     let mut shapes = [(); 3].map(|()| sphere(1.0, 2.0));
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![true, false, true]));
+    let mut by_gap = by_gap_of(Boundary::WALL, &shapes, vec![true, false, true]);
     // One on the floor; one, fixed, above it; one that passes by it.
     let motions = |speed: f64| {
         let passes = Motion { velocity: [speed, 0.0, 0.0], ..at([4.99, 2.0, 2.99]) };
@@ -152,7 +156,7 @@ fn masks_open_where_grains_have_come_to_rest() {
 fn masks_are_open_in_films() {
     let mut shapes = [(); 2].map(|()| sphere(1.0, 2.0));
     let mut open = |wall: Boundary<3>, [below, gap]: [f64; 2]| {
-        let mut by_gap = ByGap::new(&grid(wall), &shapes, [(); 2].map(|()| vec![true, false]));
+        let mut by_gap = by_gap_of(wall, &shapes, vec![true, false]);
         shapes.iter_mut().for_each(|shape| shape.patches.clear());
         let motions = [at([3.0, 2.0, 1.0 + below]), at([3.0, 2.0, 3.0 + below + gap])];
         by_gap.open_films(&mut shapes, &motions, [2.0, 0.1]);
@@ -173,7 +177,7 @@ fn masks_are_open_in_films() {
     let [slips, _] = open(Boundary::FreeSlip, [0.025, 0.5]);
     assert!((slips[0].radius.powi(2) - 0.05).abs() < 1e-9, "{}", slips[0].radius);
     let mut shapes = [(); 2].map(|()| sphere(1.0, 2.0));
-    let mut fixed = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![false; 2]));
+    let mut fixed = by_gap_of(Boundary::WALL, &shapes, vec![false; 2]);
     fixed.open_films(&mut shapes, &[at([3.0, 2.0, 1.05]), at([3.0, 2.0, 3.1])], [2.0, 0.1]);
     assert_eq!(shapes[0].patches, [], "what is fixed is sealed");
 }
@@ -183,7 +187,7 @@ fn masks_are_open_in_films() {
 fn a_crowd_has_the_value_of_grains_alone() {
     let shapes = [(); 3].map(|()| sphere(1.0, 2.0));
     let motions = [at([3.0, 5.0, 5.0]), at([5.0, 5.0, 5.0]), at([7.05, 5.0, 5.0])];
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![true; 3]));
+    let mut by_gap = by_gap_of(Boundary::WALL, &shapes, vec![true; 3]);
     let excess = by_gap.excess(&shapes, 1.0, &motions, 0.5);
     let beside_a_held_one = |gap| beside(3, 1.0, 1.0, gap).own - ALONE;
     assert!((excess[0] - beside_a_held_one(0.0)).abs() < 1e-12, "{excess:?}");
@@ -195,7 +199,7 @@ fn a_crowd_has_the_value_of_grains_alone() {
 #[test]
 fn the_value_is_constant_during_a_contact() {
     let shapes = [sphere(1.0, 2.0)];
-    let mut by_gap = ByGap::new(&grid(Boundary::WALL), &shapes, [(); 2].map(|()| vec![true]));
+    let mut by_gap = by_gap_of(Boundary::WALL, &shapes, vec![true]);
     let mut excess = |now: f64, then: f64| {
         let dt = 0.5;
         let velocity = [0.0, 0.0, (then - now) / dt];
