@@ -9,6 +9,7 @@ use bedload_scene::table::{Table, number};
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::checkpoint;
 use protocol::checkpoints;
+use protocol::facts::DemFacts;
 
 /// Brings `dem` to the state in the output folder `folder`, at time zero. Contacts with walls start anew: the
 /// other scene's walls may be others. With a fluid the scene must have the grains where that run left them,
@@ -49,14 +50,19 @@ pub(crate) fn load(dem: &mut Dem, folder: &Path, scene: &CheckedScene) -> Result
     hold(dem, &mut state);
     (state.time, state.substeps, state.windows, state.dissipated) = (0.0, 0, 0, Default::default());
     state.rolling.truncate(state.contacts.len());
+    let mut at_walls = vec![false; expected];
+    let touching = state.wall_contacts.iter().map(|contact| contact.first);
+    touching
+        .chain(state.body_wall_contacts.iter().map(|point| point.first))
+        .for_each(|i| at_walls[i as usize] = true);
     state.wall_contacts.clear();
     state.servos.clear();
     state.body_wall_contacts.clear();
     if let Err(fault) = dem.restore(&state) {
         return refuse(fault.to_string(), "start from a run with the same grains and contact law");
     }
-    if let Some(fault) = misplaced(dem, scene) {
-        return refuse(fault, "let the other run settle, or make this box fit");
+    if let Some(fault) = misplaced(dem, scene, &at_walls) {
+        return refuse(fault, "let the other run settle, or make this box and its walls fit");
     }
     Ok(())
 }
@@ -140,13 +146,20 @@ fn other_start(dem: &Dem, state: &State) -> Option<String> {
         .map(|i| format!("has body {i} turned otherwise than this scene, by which the fluid starts"))
 }
 
-/// A grain outside the box, or two in each other.
-fn misplaced(dem: &Dem, scene: &CheckedScene) -> Option<String> {
+/// A grain outside the box, or in a wall, or two in each other. Those `at_walls` touched one in the other run,
+/// and may be as deep in it as contacts are soft.
+fn misplaced(dem: &Dem, scene: &CheckedScene, at_walls: &[bool]) -> Option<String> {
     let mut places = dem.grains.position.iter().map(|x| <[f64; 3]>::from(*x)).enumerate();
     if let Some((i, x)) = places.find(|(_, x)| !scene.scene.domain.holds(x)) {
         return Some(format!("puts grain {i} at {x:?}, outside the box"));
     }
     // The scene has judged the overlaps of a coupled run; a dry one goes on with any.
+    let most = |i: usize| dem.grains.half_width[i] * if at_walls[i] { 1.0 } else { DemFacts::MOST_OVERLAP };
+    let mut at_walls = dem.overlaps_with_walls().filter(|_| scene.scene.medium.is_none());
+    if let Some((i, overlap)) = at_walls.find(|(i, overlap)| *overlap > most(*i)) {
+        let (x, most) = (<[f64; 3]>::from(dem.grains.position[i]), most(i));
+        return Some(format!("puts grain {i} at {x:?}, {overlap} m into a wall; allowed: {most} m"));
+    }
     let (i, j, overlap) = dem.overlapping(1.0)?;
-    Some(format!("lets grains {i} and {j} overlap by {overlap} m; allowed: the smaller radius"))
+    Some(format!("lets grains {i} and {j} overlap by {overlap} m; allowed: the smaller radius (half width)"))
 }

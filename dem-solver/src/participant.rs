@@ -125,12 +125,13 @@ impl DemParticipant {
         }
     }
 
-    /// The largest overlap of a window over a radius: over the largest one, and where that is much of the
-    /// smallest, over that of the smaller grain of each pair at the end of the window.
+    /// The largest overlap of a window over a half width, which is the radius of what is round: over the
+    /// largest one, and where that is much of the smallest, over that of the smaller grain of each pair at
+    /// the end of the window.
     fn overlap_part(&self, overlap: f64) -> f64 {
-        let radius = &self.dem.grains.radius;
-        let smallest = radius.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = radius.iter().copied().fold(smallest, f64::max);
+        let half = &self.dem.grains.half_width;
+        let smallest = half.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = half.iter().copied().fold(smallest, f64::max);
         if overlap <= DemFacts::MOST_OVERLAP * smallest {
             return overlap / smallest;
         }

@@ -20,7 +20,7 @@ use crate::methods;
 use crate::methods::beyond::Beyond;
 use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::grains::{Grains, Memory, drive};
-use crate::methods::immersed_boundary::ImmersedBoundary;
+use crate::methods::immersed_boundary::{ImmersedBoundary, OnWalls};
 use crate::plan::{self, Plan};
 use crate::ranks::Ranks;
 use crate::step::Stepper;
@@ -280,11 +280,12 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Mean force over density on the walls of the box in the last window that the pressure does not have, by
-    /// axis and side, out of the box, m⁴/s² (plane: m³/s²).
-    pub(crate) fn beyond_pressure(&self) -> Option<[[f64; 2]; D]> {
-        let impulse = self.method.impulse_on_walls()?;
-        Some(impulse.map(|sides| sides.map(|side| side / self.grains.memory.before_dt)))
+    /// Mean force over density on the walls of the box in the last window that pressure and friction do not
+    /// have, by axis, side and component, m⁴/s² (plane: m³/s²).
+    pub(crate) fn beyond_stress(&self) -> Option<OnWalls<D>> {
+        let dt = self.grains.memory.before_dt;
+        let impulse = self.method.impulse_on_walls(self.grid(), dt)?;
+        Some(impulse.map(|sides| sides.map(|side| side.map(|push| push / dt))))
     }
 
     /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].

@@ -48,8 +48,9 @@ impl Totals {
             }
             self.add_pressure(solver, sums);
         });
-        for (a, sides) in solver.beyond_pressure().iter().flatten().enumerate().filter(|_| self.forces) {
-            (0..2).for_each(|side| sums[2 + 2 * a + side][a] += solver.density() * sides[side]);
+        let beyond = if self.forces { solver.beyond_stress() } else { None };
+        for (sum, push) in sums[2..].iter_mut().zip(beyond.iter().flatten().flatten()) {
+            sum.iter_mut().zip(push).for_each(|(sum, push)| *sum += solver.density() * push);
         }
         if let Some(across) = self.across {
             out.extend((0..D).filter(|d| *d != across).map(|d| sums[0][d] / sums[1][d]));

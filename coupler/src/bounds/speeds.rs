@@ -45,10 +45,10 @@ fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
     )
 }
 
-/// U t_c/(π R) of the smallest free grain, where anything can touch.
+/// U t_c/(π R) of the thinnest free grain, where anything can touch; R is half of its least width.
 pub(crate) fn largest_overlap(facts: &Facts<'_>) -> Option<f64> {
     let free = facts.scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
-    let radius = free.map(|grain| grain.radius).reduce(f64::min)?;
+    let radius = free.map(|grain| 0.5 * grain.thickness()).reduce(f64::min)?;
     let contact_time = facts.dem.map(|_| facts.steps.contact_time).filter(|time| time.is_finite())?;
     Some(facts.speeds.approach * contact_time / (std::f64::consts::PI * radius))
 }

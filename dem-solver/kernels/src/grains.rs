@@ -27,6 +27,8 @@ pub struct Grains {
     pub spin_acceleration: Vec<Vec3>,
     /// Radii, m; of bodies that are not round the largest distance of the surface from the centre.
     pub radius: Vec<f64>,
+    /// Half of the least widths, m; the radii of what is round.
+    pub half_width: Vec<f64>,
     /// Outlines of bodies that are not round, by their places in [`crate::DemSpec::outlines`].
     pub outline: Vec<Option<u32>>,
     /// Masses, kg (per unit length for discs).
@@ -45,7 +47,7 @@ pub struct Grains {
 macro_rules! for_each_array {
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr) => {
         for_each_array!($a, $b, |$x, $y| $what; position image velocity orientation spin acceleration
-            spin_acceleration radius outline mass inertia motion translation rotation)
+            spin_acceleration radius half_width outline mass inertia motion translation rotation)
     };
     ($a:ident, $b:ident, |$x:ident, $y:ident| $what:expr; $($field:ident)*) => {
         $({ let ($x, $y) = (&mut $a.$field, &mut $b.$field); $what; })*
@@ -76,6 +78,8 @@ impl Grains {
             grains.orientation.push(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
             grains.spin.push(spin);
             grains.radius.push(grain.radius);
+            let outline = grain.outline.and_then(|place| outlines.get(place as usize));
+            grains.half_width.push(outline.map_or(grain.radius, |outline| 0.5 * outline.thickness()));
             grains.outline.push(grain.outline);
             grains.mass.push(mass);
             grains.inertia.push(inertia);

@@ -135,36 +135,39 @@ impl Dem {
         Some(bodies)
     }
 
-    /// The first two grains that overlap by more than `share` of the smaller radius, and by how much, m.
+    /// The first two grains that overlap by more than `share` of the smaller half width, and by how much, m.
     #[must_use]
     pub fn overlapping(&self, share: f64) -> Option<(usize, usize, f64)> {
-        let mut first = None;
+        let (mut first, half) = (None, &self.grains.half_width);
         self.each_overlap(|i, j, overlap| {
-            let found = overlap > share * self.grains.radius[i].min(self.grains.radius[j]);
+            let found = overlap > share * half[i].min(half[j]);
             first = first.or(found.then_some((i, j, overlap)));
         });
         first
     }
 
-    /// The largest overlap of two grains of which one is free over the smaller radius, or of a free grain and
-    /// a wall over its radius.
+    /// Free grains, and how deep each is in the walls that are there, m; negative beside them.
+    pub fn overlaps_with_walls(&self) -> impl Iterator<Item = (usize, f64)> {
+        let (grains, bodies, time) = (&self.grains, self.bodies_now(), self.time);
+        (0..grains.len()).filter(|i| grains.responds(*i)).map(move |i| {
+            let walls = self.around.walls.iter().filter(|wall| wall.acts(time));
+            let overlap = |wall| -gap_to_wall((grains, bodies.as_deref()), i, wall, time);
+            (i, walls.map(overlap).fold(f64::NEG_INFINITY, f64::max))
+        })
+    }
+
+    /// The largest overlap of two grains of which one is free over the smaller half width, or of a free grain
+    /// and a wall over its own.
     #[must_use]
     pub fn deepest(&self) -> f64 {
         let g = &self.grains;
         let mut deepest = 0.0_f64;
         self.each_overlap(|i, j, overlap| {
             if g.responds(i) || g.responds(j) {
-                deepest = deepest.max(overlap / g.radius[i].min(g.radius[j]));
+                deepest = deepest.max(overlap / g.half_width[i].min(g.half_width[j]));
             }
         });
-        let bodies = self.bodies_now();
-        for wall in self.around.walls.iter().filter(|wall| wall.acts(self.time)) {
-            for i in (0..g.len()).filter(|i| g.responds(*i)) {
-                let gap = gap_to_wall((g, bodies.as_deref()), i, wall, self.time);
-                deepest = deepest.max(-gap / g.radius[i]);
-            }
-        }
-        deepest
+        self.overlaps_with_walls().map(|(i, overlap)| overlap / g.half_width[i]).fold(deepest, f64::max)
     }
 
     /// Gap between a round grain of radius `radius` at `x` and the nearest wall that is there, m.

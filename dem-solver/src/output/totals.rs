@@ -3,6 +3,7 @@
 use bedload_scene::{CheckedScene, Domain, Total};
 
 use crate::contacts::{Contact, is_free};
+use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::solver::Dem;
 
@@ -53,10 +54,12 @@ impl Totals {
     /// Adds the values in the order of [`bedload_output::totals::dem_values`].
     pub(crate) fn add(&self, dem: &Dem, contacts: impl FnOnce() -> Vec<Contact>, out: &mut Vec<f64>) {
         if self.coordination {
-            let (grains, contacts) = (&dem.grains, contacts());
-            let counts = |i: &usize| is_free(grains, *i) && self.domain.holds(&grains.position[*i].into());
-            let free = (0..grains.len()).filter(counts).count();
-            let ends: usize = contacts.iter().map(|contact| if contact.held { 1 } else { 2 }).sum();
+            let grains = &dem.grains;
+            let holds = |place: &Vec3| self.domain.holds(&(*place).into());
+            let free =
+                (0..grains.len()).filter(|i| is_free(grains, *i) && holds(&grains.position[*i])).count();
+            let of_both = |contact: Contact| [holds(&contact.end), !contact.held && holds(&contact.start)];
+            let ends = contacts().into_iter().flat_map(of_both).filter(|counts| *counts).count();
             out.push(ends as f64 / free.max(1) as f64);
         }
         let Observations { wall_contact, wall_lubrication, .. } = dem.observations();

@@ -10,9 +10,13 @@
 //! ```
 
 use super::grains::Grains;
+use crate::grid::Grid;
 use crate::step::Stepper;
 use protocol::message::Loads;
 use protocol::participant::Window;
+
+/// Vectors by axis and side of the walls of the box.
+pub type OnWalls<const D: usize> = [[[f64; D]; 2]; D];
 
 /// A method of the immersed boundary on `D` axes.
 pub trait ImmersedBoundary<const D: usize>: Send {
@@ -47,9 +51,9 @@ pub trait ImmersedBoundary<const D: usize>: Send {
         1.0
     }
 
-    /// Impulse over the density of the fluid that contacts gave the walls of the box in the last window, by
-    /// axis and side, out of the box, m⁴/s (plane: m³/s), where the pressure does not have it.
-    fn impulse_on_walls(&self) -> Option<[[f64; 2]; D]> {
+    /// Impulse over the density of the fluid that the walls of the box got in the last window of length `dt`,
+    /// s, by axis, side and component, m⁴/s (plane: m³/s), where pressure and friction do not have it.
+    fn impulse_on_walls(&self, _: &Grid<D>, _dt: f64) -> Option<OnWalls<D>> {
         None
     }
 

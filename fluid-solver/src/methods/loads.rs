@@ -213,12 +213,9 @@ pub(super) fn outside<const D: usize>(grid: &Grid<D>, shape: &Shape, motion: &Mo
     1.0 - inside.product::<f64>().clamp(0.0, 1.0)
 }
 
-/// Change of the velocity of a grain that is led, if it is much of it.
+/// Change of the velocity of a grain that is led.
 fn led_jump(before: &Motion, now: &Motion) -> [f64; 3] {
-    let change: [f64; 3] = std::array::from_fn(|c| now.velocity[c] - before.velocity[c]);
-    let square = |v: &[f64; 3]| v.iter().map(|v| v * v).sum::<f64>();
-    let speed = square(&before.velocity).max(square(&now.velocity));
-    if square(&change) > LEAST_JUMP[0].powi(2) * speed { change } else { [0.0; 3] }
+    std::array::from_fn(|c| now.velocity[c] - before.velocity[c])
 }
 
 /// The loads of all grains.

@@ -123,13 +123,13 @@ struct Overlap {
 }
 
 impl Overlap {
-    /// Takes the largest overlap of a window over the smaller radius.
+    /// Takes the largest overlap of a window over the smaller half width.
     fn take(&mut self, window: &Window, part: f64) -> Result<(), Failure> {
         if part <= DemFacts::MOST_OVERLAP || self.told && part <= MOST_OVERLAP {
             return Ok(());
         }
         let found = format!(
-            "overlap: grains lie {:.1} % of the smaller radius in each other in window {} (t = {} s)",
+            "overlap: grains lie {:.1} % of the smaller radius (half width) in each other in window {} (t = {} s)",
             100.0 * part,
             window.step,
             window.time

@@ -76,7 +76,7 @@ impl General {
         }
         while outcome.done < n_sub && outcome.finite {
             let speed = self.substep(window, time + f64::from(outcome.done) * dt, dt);
-            if n_sub == 1 && self.integrator == Integrator::SymplecticEuler {
+            if n_sub == 1 && window.loaded && self.integrator == Integrator::SymplecticEuler {
                 self.centre_flights(window, time, dt);
             }
             let end = time + f64::from(outcome.done + 1) * dt;
@@ -88,7 +88,7 @@ impl General {
         outcome
     }
 
-    /// A window of one sub-step: grains that touched nothing have moved with their mean velocity, as in a
+    /// A window of one sub-step under loads: grains that touched nothing have moved with their mean velocity, as in a
     /// window of many, not with the last one; with a gravity that changes, along their exact path.
     fn centre_flights(&self, window: &mut Window<'_>, time: f64, dt: f64) {
         let Window { grains, response, gravity, .. } = window;

@@ -1,6 +1,7 @@
 //! Points in bodies on a plane grid, and the Lagrange multipliers λ there (docs/equations-immersed.md,
 //! section 9).
 
+use super::super::immersed_boundary::OnWalls;
 use super::points::Points;
 use super::stencil::Stencil;
 use crate::field::clear_own;
@@ -115,6 +116,20 @@ impl<const D: usize> BodyPoints<D> {
                 stencil.spread(lambda * share, field);
             }
         }
+    }
+
+    /// ∫ λ dV that goes to the walls of the box, not to the fluid: points within a cell and a half of one spread
+    /// to its mirror image, too. By axis, side and component, m⁴/s² (plane: m³/s²).
+    pub fn held_by_walls(&self, grid: &Grid<D>) -> OnWalls<D> {
+        let mut sums = [[[0.0; D]; 2]; D];
+        for (d, (multipliers, stencils)) in self.multipliers.iter().zip(&self.stencils).enumerate() {
+            for ((lambda, share), stencil) in multipliers.iter().zip(&self.shares).zip(stencils) {
+                for (sides, (side, part)) in sums.iter_mut().zip(stencil.held_by_walls(grid)) {
+                    sides[side][d] += lambda * share * self.cell * part;
+                }
+            }
+        }
+        sums
     }
 
     /// ∫ (λ + (U − u)/dt) dV of every body, as [`crate::immersed::Immersed::forces`], with the velocity `u`

@@ -12,7 +12,7 @@ mod points;
 mod stencil;
 
 use super::grains::Grains;
-use super::immersed_boundary::ImmersedBoundary;
+use super::immersed_boundary::{ImmersedBoundary, OnWalls};
 use super::loads::GrainLoads;
 use crate::grid::Grid;
 use crate::immersed::body::Shape;
@@ -80,6 +80,10 @@ impl<const D: usize> ImmersedBoundary<D> for FictitiousDomain<D> {
 
     fn resume(&mut self, _: &Stepper<D>, grains: &mut Grains<D>) {
         self.loads.resume(grains);
+    }
+
+    fn impulse_on_walls(&self, grid: &Grid<D>, dt: f64) -> Option<OnWalls<D>> {
+        Some(self.points.held_by_walls(grid).map(|sides| sides.map(|side| side.map(|push| push * dt))))
     }
 
     fn points(&self) -> Option<&[Vec<f64>; D]> {

@@ -124,6 +124,15 @@ impl Stencil {
         self.across == [0.0; WIDTH] && self.up == [0.0; WIDTH]
     }
 
+    /// Along both axes: the side of the nearer wall, and the part of what is spread that it takes.
+    pub(super) fn held_by_walls<const D: usize>(&self, grid: &Grid<D>) -> [(usize, f64); 2] {
+        let [across, up]: [f64; 2] = [self.across, self.up].map(|weights| weights.iter().sum());
+        let middle = grid.index(std::array::from_fn(|a| if a == 1 { grid.cells[1] as isize / 2 } else { 0 }));
+        let upper = [self.columns[1] as usize >= grid.cells[0] / 2, self.rows[1] as usize >= middle];
+        let parts = if self.is_out() { [0.0; 2] } else { [1.0 - across, across * (1.0 - up)] };
+        std::array::from_fn(|axis| (usize::from(upper[axis]), parts[axis]))
+    }
+
     /// The value of a field at the point.
     #[inline]
     pub(super) fn interpolate(&self, field: &[f64]) -> f64 {

@@ -160,7 +160,7 @@ fn a_run_goes_on_from_the_overlaps_that_another_may_have_ended_with() {
         assert!(error.message.contains("10 % of the largest radius"), "{error}");
         assert!(boxed(&format!("{deep}{state}{fluid}{force}")).is_ok());
     }
-    assert!(boxed(&format!("{}{state}", apart(0.9))).is_err(), "one lies in the other");
+    assert!(boxed(&format!("{}{state}{fluid}{force}", apart(0.9))).is_err(), "one lies in the other");
 }
 
 #[test]
