@@ -132,4 +132,17 @@ impl Observations {
         self.impact_speed.fill(0.0);
         self.rebound_speed.fill(0.0);
     }
+
+    /// Records the beginning or the end of a contact of `first` with another grain or a wall, with the gap
+    /// rate at that moment; `bears`: whether it bore a force before, and does now.
+    #[inline(always)]
+    pub(crate) fn note_event(&mut self, bears: (bool, bool), rate: f64, first: usize, second: Option<usize>) {
+        if bears.0 != bears.1 {
+            let Self { impact_speed, rebound_speed, .. } = self;
+            let (speeds, speed) = if bears.1 { (impact_speed, -rate) } else { (rebound_speed, rate) };
+            for grain in [Some(first), second].into_iter().flatten() {
+                speeds[grain] = speed.max(0.0);
+            }
+        }
+    }
 }

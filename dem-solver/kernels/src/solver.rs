@@ -131,7 +131,7 @@ impl Dem {
     /// The bodies that are not round as they stand; none where all are round.
     pub(crate) fn bodies_now(&self) -> Option<Box<BodyContacts>> {
         let mut bodies = self.general()?.evaluation.bodies.clone()?;
-        bodies.place(&self.grains);
+        bodies.placed.place(&self.grains);
         Some(bodies)
     }
 

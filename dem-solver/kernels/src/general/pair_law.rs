@@ -7,7 +7,7 @@ use crate::vector::vec3::Vec3Lanes;
 
 /// a·b, each product and sum rounded.
 #[inline(always)]
-fn dot<L: Lanes8>(a: Vec3Lanes<L>, b: Vec3Lanes<L>) -> L {
+pub(super) fn dot<L: Lanes8>(a: Vec3Lanes<L>, b: Vec3Lanes<L>) -> L {
     a.0 * b.0 + a.1 * b.1 + a.2 * b.2
 }
 

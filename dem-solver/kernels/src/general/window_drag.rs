@@ -47,8 +47,8 @@ pub(crate) struct WindowDrag {
     contact_time: f64,
     /// −ln e_n.
     damping: f64,
-    /// Length of the present window, s.
-    window: f64,
+    /// Length of the present window, s; 0 without loads.
+    pub(super) window: f64,
     contacts: Vec<u8>,
 }
 
@@ -75,11 +75,6 @@ impl WindowDrag {
             window: 0.0,
             contacts: Vec::with_capacity(spec.grains.len()),
         })
-    }
-
-    /// A window of length `dt` under loads begins.
-    pub(crate) fn begin(&mut self, dt: f64) {
-        self.window = dt;
     }
 
     /// Acts over the sub-step `dt` on the grains of `lists` with two contacts or more, which had `start` as
