@@ -25,23 +25,18 @@ use crate::spec::{DemSpec, Integrator};
 
 /// What keeps a checked spec from having an account; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
-    if spec.contact.linear().is_none_or(|law| law.rolling.is_some()) {
-        return Some(
-            "an account of energy knows linear-spring-dashpot without rolling only; leave observe.energy out",
-        );
-    }
-    if spec.has_bodies() {
-        return Some("an account of energy knows discs and spheres only; leave observe.energy out");
-    }
-    if spec.integrator == Integrator::Rk3 {
-        return Some(
-            "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out",
-        );
-    }
-    if spec.lubrication.settings().is_some() {
-        return Some("an account of energy knows no lubrication; leave observe.energy out");
-    }
-    None
+    let reason = if spec.contact.linear().is_none_or(|law| law.rolling.is_some()) {
+        "an account of energy knows linear-spring-dashpot without rolling only; leave observe.energy out"
+    } else if spec.has_bodies() {
+        "an account of energy knows discs and spheres only; leave observe.energy out"
+    } else if spec.integrator == Integrator::Rk3 {
+        "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out"
+    } else if spec.lubrication.settings().is_some() {
+        "an account of energy knows no lubrication; leave observe.energy out"
+    } else {
+        return None;
+    };
+    Some(reason)
 }
 
 /// The dashpots of one contact at one evaluation.
