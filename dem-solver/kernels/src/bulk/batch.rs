@@ -23,7 +23,7 @@ pub(super) struct Blocks {
     pub(super) block: Vec<Mutex<Block>>,
     done: Vec<AtomicU32>,
     /// The first blocks, whose grains are all fixed, take no part: their rows stay, and they have no lists.
-    inactive: usize,
+    pub(super) inactive: usize,
     /// Which blocks each thread does; empty where nothing is known about their work.
     ranges: Vec<Range<usize>>,
     /// A thread is lost: the others must not wait for it.
@@ -74,11 +74,6 @@ impl Blocks {
     pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>, inactive: usize) -> Self {
         let done = block.iter().map(|_| AtomicU32::new(0)).collect();
         Self { rows, block, done, inactive, ranges: Vec::new(), lost: AtomicBool::new(false) }
-    }
-
-    /// How many of the first blocks take no part.
-    pub(super) fn inactive(&self) -> usize {
-        self.inactive
     }
 
     /// Takes the first `inactive` blocks out and all others in.

@@ -17,7 +17,7 @@ use crate::vector::lanes::Lanes8;
 use bedload_over_time::{OverTime, Quantity};
 
 /// What is the same for all blocks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Common {
     /// Walls.
     pub(super) walls: Vec<Plane>,

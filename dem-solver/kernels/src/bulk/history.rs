@@ -10,7 +10,7 @@ impl Bulk {
     pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         for block in self.blocks.block.iter().skip(inactive) {
             let block = lock(block);
             match &block.pending {

@@ -62,7 +62,7 @@ impl Bulk {
         }
         let (mut fastest, mut moved) = (0.0f64, false);
         self.lists.skins.resize(self.blocks.block.len(), Skin::default());
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
             let (block, [now, other]) =
