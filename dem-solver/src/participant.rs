@@ -174,11 +174,6 @@ impl DemParticipant {
         self.dem.restore(state).map_err(failed)
     }
 
-    /// Loads of the grains that are there.
-    fn present_loads(&self) -> &[GrainLoad] {
-        &self.loads[..self.dem.grains.len()]
-    }
-
     /// What acted in the sub-steps of window `step`; a window that is done again is written again.
     fn write_substeps(&self, step: u64) -> Result<(), SolverError> {
         let Some(substeps) = &self.substeps else { return Ok(()) };
@@ -194,7 +189,7 @@ impl DemParticipant {
     }
 
     pub(crate) fn contacts(&self) -> Vec<Contact> {
-        self.dem.contact_list(self.present_loads())
+        self.dem.contact_list(&self.loads[..self.dem.grains.len()])
     }
 
     /// The profile now, if the scene asks for one.
@@ -287,21 +282,22 @@ impl Participant for DemParticipant {
                 "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; the \
                  contact is too soft for that speed: shorten dem.contact.contact_time, or stiffen the law",
                 window.step,
-                window.time + window.dt,
+                end,
                 <[f64; 3]>::from(x),
                 <[f64; 3]>::from(v)
             )));
         }
-        self.outside.look(&self.dem.grains, window.step, window.time + window.dt);
+        self.outside.look(&self.dem.grains, window.step, end);
+        let substeps = u64::from(report.n_sub_done);
         let mut header = window.header();
-        header.substeps = u64::from(report.n_sub_done);
+        header.substeps = substeps;
         header.smallest_gap = report.smallest_gap;
         header.largest_overlap = report.largest_overlap;
         exchange.send(header, &mut |out| self.fill(out))?;
         Ok(WindowReport {
             dt_limit: f64::INFINITY,
             residual: self.overlap_part(report.largest_overlap),
-            substeps: u64::from(report.n_sub_done),
+            substeps,
         })
     }
 
@@ -383,13 +379,8 @@ impl Solver for DemParticipant {
         scene: &CheckedScene,
         folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-        let what = finish::Finished {
-            dem: &self.dem,
-            spec: &self.spec,
-            profile: self.profile(),
-            outside: &self.outside,
-        };
-        finish::finish(&what, scene, folder)
+        let what = (&self.dem, &self.spec);
+        finish::finish(what, self.profile().as_ref(), &self.outside, scene, folder)
     }
 
     fn schema() -> serde_json::Value {
