@@ -238,9 +238,8 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         });
         Grain { outline, ..self::grain(grain, shared.domain.geometry) }
     });
-    let grains = grains.collect();
     Ok(DemSpec {
-        grains,
+        grains: grains.collect(),
         shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
         outlines,
         walls,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bedload_output::{MetricValue, OutputFolder, observed_grains};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
-use bedload_scene::{CheckedScene, SceneError};
+use bedload_scene::{Axis, CheckedScene, SceneError};
 use cpu_time::ProcessTime;
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
@@ -21,7 +21,7 @@ use crate::initial;
 use crate::insertion::Insertions;
 use crate::output::profile::Profile;
 use crate::output::substeps::Substeps;
-use crate::output::totals::{Totals, add_servos, components};
+use crate::output::totals::{Totals, add_servos};
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::report::GrainLoad;
@@ -39,8 +39,8 @@ pub struct DemParticipant {
     outside: Outside,
     profile: Option<bedload_scene::Profile>,
     totals: Option<Totals>,
-    /// Components of what is told of servos; none where nothing is asked for.
-    servos: Option<&'static [usize]>,
+    /// Along which axes stresses on servos are told; none where nothing is asked for.
+    servos: Option<&'static [Axis]>,
     substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
@@ -82,7 +82,7 @@ impl DemParticipant {
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             totals: Totals::of(scene),
-            servos: observe.values_over_time.then(|| components(scene)),
+            servos: observe.values_over_time.then(|| scene.scene.domain.geometry.axes()),
             substeps: observe
                 .substeps
                 .as_ref()
@@ -348,8 +348,8 @@ impl Participant for DemParticipant {
         if let Some(asked) = &self.totals {
             asked.add(&self.dem, || self.contacts(), out);
         }
-        if let Some(components) = self.servos {
-            add_servos(components, &self.dem, out);
+        if let Some(axes) = self.servos {
+            add_servos(axes, &self.dem, out);
         }
     }
 }

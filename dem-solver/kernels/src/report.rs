@@ -109,13 +109,11 @@ impl Observations {
         Self {
             mean_contact: vec![Vec3::zeros(); n],
             mean_lubrication: vec![Vec3::zeros(); n],
-            wall_contact: Vec::new(),
-            wall_lubrication: Vec::new(),
             smallest_gap: vec![f64::INFINITY; n],
             gap_end: vec![f64::INFINITY; n],
             impact_speed: vec![0.0; n],
             rebound_speed: vec![0.0; n],
-            split: Split::default(),
+            ..Self::default()
         }
     }
 

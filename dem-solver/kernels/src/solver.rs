@@ -196,10 +196,6 @@ impl Dem {
         walls.filter_map(|(w, wall)| Some((w, &**wall.servo.as_ref()?)))
     }
 
-    fn bulk(&self) -> Option<&Bulk> {
-        if let Running::Bulk(bulk) = &self.engine { Some(bulk) } else { None }
-    }
-
     pub(crate) fn general(&self) -> Option<&General> {
         if let Running::General(general) = &self.engine { Some(general) } else { None }
     }
@@ -229,7 +225,7 @@ impl Dem {
     /// Threads that the present size is worth, of those allowed.
     #[must_use]
     pub fn threads(&self) -> usize {
-        self.bulk().map_or(1, Bulk::threads)
+        if let Running::Bulk(bulk) = &self.engine { bulk.threads() } else { 1 }
     }
 
     /// Whether the next windows note forces, gaps and speeds per grain. The general engine always does.
@@ -249,7 +245,7 @@ impl Dem {
     /// Whether the bulk engine does the work.
     #[must_use]
     pub fn is_bulk(&self) -> bool {
-        self.bulk().is_some()
+        matches!(self.engine, Running::Bulk(_))
     }
 
     /// Observations of the last window; empty in the bulk engine if they were not asked for.

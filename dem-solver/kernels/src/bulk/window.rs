@@ -40,17 +40,16 @@ impl Bulk {
         gravity: &Vec3,
         wanted: Wanted,
     ) {
-        let stale = self.order_travel > STALE * self.diameter;
-        if self.order.is_empty() || stale {
+        let stale = self.order.is_empty() || self.order_travel > STALE * self.diameter;
+        if stale || self.observed != wanted.observations {
             let (pairs, walls) = self.contacts();
             self.observed = wanted.observations;
-            self.arrange(grains, self.new_order(grains), 0.0);
-            self.take(&pairs, &walls);
-            self.loaded = true; // what acts on the grains must be set
-        } else if self.observed != wanted.observations {
-            let (pairs, walls) = self.contacts();
-            self.observed = wanted.observations;
-            self.deactivate(grains);
+            if stale {
+                self.arrange(grains, self.new_order(grains), 0.0);
+                self.loaded = true; // what acts on the grains must be set
+            } else {
+                self.deactivate(grains);
+            }
             self.take(&pairs, &walls);
         }
         if let Some(response) = response {

@@ -45,10 +45,8 @@ impl Neighbours {
 
     /// Drops all pairs and their history; the next [`Self::refresh`] builds.
     pub(crate) fn restart(&mut self, grains: usize) {
-        for list in [&mut self.pairs, &mut self.walls] {
-            list.clear();
-            (0..grains).for_each(|_| list.close_row());
-        }
+        self.pairs.restore(&[], &[], grains);
+        self.walls.restore(&[], &[], grains);
         self.body_pairs.clear();
         self.body_walls.clear();
         self.valid = false;
