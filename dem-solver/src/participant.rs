@@ -174,13 +174,6 @@ impl DemParticipant {
         self.dem.restore(state).map_err(failed)
     }
 
-    /// What acted in the sub-steps of window `step`; a window that is done again is written again.
-    fn write_substeps(&self, step: u64) -> Result<(), SolverError> {
-        let Some(substeps) = &self.substeps else { return Ok(()) };
-        let table = substeps.table(&self.dem, &self.spec.gravity, &self.loads);
-        self.write_field(&format!("substeps_{step:08}.csv"), table.as_bytes())
-    }
-
     fn write_field(&self, name: &str, bytes: &[u8]) -> Result<(), SolverError> {
         let path = self.fields.join(name);
         std::fs::create_dir_all(&self.fields)
@@ -266,8 +259,10 @@ impl Participant for DemParticipant {
         let split = self.substeps.as_mut().is_some_and(|asked| asked.begin(&mut self.dem, window.time, end));
         let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();
-        if split {
-            self.write_substeps(window.step)?;
+        if let Some(asked) = self.substeps.as_ref().filter(|_| split) {
+            // a window that is done again is written again
+            let table = asked.table(&self.dem, &self.spec.gravity, &self.loads);
+            self.write_field(&format!("substeps_{:08}.csv", window.step), table.as_bytes())?;
         }
         if let Some(fault) = report.first_non_finite {
             return Err(SolverError::Failed(format!(
@@ -324,14 +319,14 @@ impl Participant for DemParticipant {
 
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
         let time = window.time + window.dt;
-        let name = format!("grains_{:08}.vtp", window.step);
-        self.write_field(&name, &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
-        bedload_output::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
         let (grains, seen) = (&self.dem.grains, self.dem.observations());
-        if let Some(bytes) = grain_files::outlines(time, grains, seen, &self.spec.outlines) {
-            let name = format!("bodies_{:08}.vtp", window.step);
+        let bodies = grain_files::outlines(time, grains, seen, &self.spec.outlines);
+        for (kind, bytes) in [("grains", Some(grain_files::vtp(time, grains, seen))), ("bodies", bodies)] {
+            let Some(bytes) = bytes else { continue };
+            let name = format!("{kind}_{:08}.vtp", window.step);
             self.write_field(&name, &bytes)?;
-            bedload_output::vtk::list(&self.fields.join("bodies.pvd"), time, &name).map_err(failed)?;
+            bedload_output::vtk::list(&self.fields.join(format!("{kind}.pvd")), time, &name)
+                .map_err(failed)?;
         }
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);

@@ -29,6 +29,7 @@ pub struct Dem {
     pub(crate) observed: Observations,
     pub(crate) gravity: OverTime<[f64; 3]>,
     pub(crate) time: f64,
+    /// Done since the start of the run.
     pub(crate) substeps: u64,
     pub(crate) windows: u64,
     /// Whether orientations are wanted.
@@ -92,18 +93,6 @@ impl Dem {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.time
-    }
-
-    /// Sub-steps done since the start of the run.
-    #[must_use]
-    pub fn substeps(&self) -> u64 {
-        self.substeps
-    }
-
-    /// Windows done since the start of the run.
-    #[must_use]
-    pub fn windows(&self) -> u64 {
-        self.windows
     }
 
     /// The lists of the general engine at the present state, whichever engine runs.

@@ -32,11 +32,6 @@ pub struct Profile {
     pub walls: Vec<[f64; 2]>,
 }
 
-/// The two other components.
-fn lateral(axis: usize) -> [usize; 2] {
-    [(axis + 1) % 3, (axis + 2) % 3]
-}
-
 impl Profile {
     /// Averages over the region of `asked`.
     pub fn new(
@@ -47,7 +42,8 @@ impl Profile {
     ) -> Self {
         let axis = asked.axis.component();
         let disc = spec.shape == Shape::Disc;
-        let sides: Vec<usize> = lateral(axis).into_iter().filter(|c| !(disc && *c == 1)).collect();
+        let others = [(axis + 1) % 3, (axis + 2) % 3].into_iter();
+        let sides: Vec<usize> = others.filter(|c| !(disc && *c == 1)).collect();
         let extent = |c: &usize| asked.upper[*c] - asked.lower[*c];
         let width = (asked.upper[axis] - asked.lower[axis]) / asked.slabs as f64;
         let slabs = Slabs {
