@@ -53,7 +53,6 @@ pub struct WindowReport {
 pub(crate) struct Outcome {
     /// Sub-steps done.
     pub(crate) done: u32,
-    /// Whether the state stayed finite.
     pub(crate) finite: bool,
 }
 

@@ -32,7 +32,6 @@ pub struct Dem {
     /// Done since the start of the run.
     pub(crate) substeps: u64,
     pub(crate) windows: u64,
-    /// Whether orientations are wanted.
     pub(crate) orientation: bool,
     shape: Shape,
     skin: f64,
@@ -40,7 +39,6 @@ pub struct Dem {
     pub(crate) search: (PairSearch, Vec<u32>),
 }
 
-/// The engine that does the work.
 #[derive(Clone, Debug)]
 pub(crate) enum Running {
     General(Box<General>),

@@ -15,7 +15,6 @@ pub(crate) fn add_servos(axes: &[Axis], dem: &Dem, out: &mut Vec<f64>) {
     }
 }
 
-/// What is asked for.
 #[derive(Clone, Debug)]
 pub(crate) struct Totals {
     /// What is outside counts no more.

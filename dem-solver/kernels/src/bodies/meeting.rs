@@ -42,7 +42,6 @@ impl Meeting {
         Self { gap: touch.gap, touches: [touch, Touch::default()], count: 1 }
     }
 
-    /// The points.
     #[inline(always)]
     pub(crate) fn touches(&self) -> &[Touch] {
         &self.touches[..self.count]

@@ -16,7 +16,6 @@ use std::sync::{Mutex, RwLock};
 /// Rows of a block, before and after a sub-step by turns; one row without extent follows the last.
 pub(super) type Rows = [RwLock<Vec<GrainRecord>>; 2];
 
-/// All blocks of a run.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     pub(super) rows: Vec<Rows>,
@@ -40,7 +39,6 @@ pub(super) struct Batch {
     pub(super) done: u32,
     /// Sub-step, s.
     pub(super) dt: f64,
-    /// Sub-steps.
     pub(super) steps: u32,
     /// Which rows hold the state at its start.
     pub(super) now: usize,

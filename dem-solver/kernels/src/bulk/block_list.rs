@@ -214,15 +214,12 @@ impl ListBuild<'_> {
 
 /// What is listed: gaps below a skin.
 pub(super) struct ListReach<'a> {
-    /// Skins of the blocks.
     pub(super) skins: &'a [Skin],
-    /// Periodic directions.
     pub(super) periods: Periods,
     /// Time, s.
     pub(super) t: f64,
     /// Grains per block.
     pub(super) size: u32,
-    /// Walls.
     pub(super) walls: &'a [Plane],
 }
 

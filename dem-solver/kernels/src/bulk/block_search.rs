@@ -33,11 +33,9 @@ pub(super) struct Search<'a> {
     pub(super) t: f64,
     /// Grains per block.
     pub(super) size: u32,
-    /// Grains.
     pub(super) grains: usize,
     /// Inactive blocks: nobody waits for them.
     pub(super) inactive: usize,
-    /// Walls.
     pub(super) walls: &'a [Plane],
     /// Leave the widest vectors unused.
     pub(super) plain: bool,

@@ -13,14 +13,12 @@ use crate::periods::Periods;
 use crate::search::cells::Cells;
 use crate::spec::{BulkSettings, DemSpec};
 
-/// The engine.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bulk {
     pub(super) settings: BulkSettings,
     pub(super) common: Common,
     pub(super) periods: Periods,
     pub(super) n: usize,
-    /// Grains that move.
     pub(super) moving: usize,
     pub(super) diameter: f64,
     pub(super) largest: f64,
@@ -87,12 +85,10 @@ impl Bulk {
         })
     }
 
-    /// Threads at work.
     pub(crate) fn threads(&self) -> usize {
         self.step_scratch.len()
     }
 
-    /// Takes another number of threads.
     pub(crate) fn set_threads(&mut self, threads: usize) {
         self.settings.threads = threads;
         let threads = useful_threads(threads, self.moving);

@@ -28,7 +28,6 @@ pub(super) struct Listed {
 }
 
 impl Listed {
-    /// Adds another block's.
     pub(super) fn add(&mut self, other: &Self) {
         self.pairs += other.pairs;
         self.touching += other.touching;

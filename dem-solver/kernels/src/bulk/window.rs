@@ -26,7 +26,6 @@ const STALE: f64 = 1.0;
 pub(crate) struct Wanted {
     /// Forces, gaps and speeds per grain.
     pub(crate) observations: bool,
-    /// Orientations.
     pub(crate) orientation: bool,
 }
 

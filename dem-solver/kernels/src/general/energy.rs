@@ -49,11 +49,9 @@ struct Dashpots {
     along: f64,
     /// Force on it in the contact plane, N.
     across: Vec3,
-    /// Whether the contact slides.
     slides: bool,
 }
 
-/// The account of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Account {
     pub(crate) lost: Dissipated,

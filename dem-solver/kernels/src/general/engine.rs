@@ -28,7 +28,6 @@ use crate::surroundings::Surroundings;
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
 pub(crate) const EXACT_GAPS: usize = 64;
 
-/// The engine.
 #[derive(Clone, Debug)]
 pub(crate) struct General {
     pub(crate) evaluation: Evaluation,

@@ -28,7 +28,6 @@ pub(super) struct Law<L> {
 }
 
 impl<L: Lanes8> Law<L> {
-    /// The law in all lanes.
     #[inline(always)]
     pub(super) fn splat(token: L::Token, law: &LinearPair) -> Self {
         let k = |value| L::splat(token, value);

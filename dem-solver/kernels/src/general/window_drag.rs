@@ -38,7 +38,6 @@ const DAMPED: [f64; 2] = [0.2, 0.3];
 /// Contacts from which on a grain is one of a bed, as in the fluid's virtual mass.
 const OF_A_BED: u8 = 2;
 
-/// The drag within a window.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowDrag {
     /// ρ, kg/m³, and ν, m²/s.
