@@ -229,9 +229,6 @@ fn ellipse_at_polygon(ellipse: &Form<'_>, edges: &Edges<'_>, apart: Vec2) -> Mee
     Meeting::one(Touch { feature: 0, normal, gap, arm: along(arm, outward, -0.5 * gap) })
 }
 
-/// Directions from which the search between two ellipses starts, along the surface of each.
-const STARTS: usize = 8;
-
 /// Two ellipses: σ is largest where the line between the two support points runs along n, that is where
 /// σ′ = t·(p₁ − p₂) = 0.
 fn ellipses(first: &Form<'_>, second: &Form<'_>, apart: Vec2) -> Meeting {
@@ -263,8 +260,9 @@ fn ellipses(first: &Form<'_>, second: &Form<'_>, apart: Vec2) -> Meeting {
     Meeting::one(Touch { feature: 0, normal, gap, arm: minus(middle, apart) })
 }
 
-/// Cosines and sines of eighths of a turn.
-const COMPASS: [Vec2; STARTS] = {
+/// Cosines and sines of eighths of a turn, along the surfaces of two ellipses: from there the search between
+/// them starts.
+const COMPASS: [Vec2; 8] = {
     const R: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [[1.0, 0.0], [R, R], [0.0, 1.0], [-R, R], [-1.0, 0.0], [-R, -R], [0.0, -1.0], [R, -R]]
 };

@@ -8,7 +8,7 @@
 use crate::bulk::block_search::Search;
 use crate::bulk::candidates::{BlockBox, CandidateStatus};
 use crate::bulk::engine::Bulk;
-use crate::bulk::records::{GrainRecord, SIZE};
+use crate::bulk::records::GrainRecord;
 use crate::bulk::sync::{lock, mutex_mut, on_threads, read, rwlock_mut};
 use crate::search::cells::{CELLS, extent};
 use std::sync::Mutex;
@@ -157,16 +157,13 @@ impl Bulk {
                 let mut block = lock(&blocks.block[b]);
                 if stale[b] {
                     let search = Search {
+                        common: &self.common,
                         cells_of_grains: &self.cells,
                         skin: place[b].skin,
                         cells: if reach[b] <= cell { 1 } else { CELLS },
-                        length: self.common.length,
                         t,
-                        size: SIZE as u32,
                         grains: self.n,
                         inactive,
-                        walls: &self.common.walls,
-                        plain: self.settings.plain,
                     };
                     block.search(&search, &read(&blocks.rows[b][now]), &mut scratch.search);
                 }

@@ -47,7 +47,7 @@ impl Bulk {
                 rows.push([vec![GrainRecord::NONE].into(), vec![GrainRecord::NONE].into()]);
             }
             let block = mutex_mut(&mut blocks[b]);
-            block.save_history(SIZE as u32);
+            block.save_history();
             for (k, &i) in numbers.iter().enumerate().skip(block.len()) {
                 for rows in &mut rows[b] {
                     let (rows, r) = (rwlock_mut(rows), grains.radius[i as usize]);

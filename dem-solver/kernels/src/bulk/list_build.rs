@@ -2,7 +2,6 @@
 
 use crate::bulk::block_list::ListReach;
 use crate::bulk::engine::Bulk;
-use crate::bulk::records::SIZE;
 use crate::bulk::skins::{Listed, Lists, Skin};
 use crate::bulk::sync::{lock, mutex_mut, on_threads, read};
 use std::sync::Mutex;
@@ -146,13 +145,8 @@ impl Bulk {
 
     /// Takes the lists from the candidates.
     fn take_lists(&mut self, t: f64) {
-        let reach = ListReach {
-            skins: &self.lists.skins,
-            periods: self.periods,
-            t,
-            size: SIZE as u32,
-            walls: &self.common.walls,
-        };
+        let reach =
+            ListReach { skins: &self.lists.skins, periods: self.periods, t, walls: &self.common.walls };
         let (blocks, now) = (&self.blocks, self.now);
         let threads = self.list_scratch.len();
         let found = Mutex::new(Listed::default());

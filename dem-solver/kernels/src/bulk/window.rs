@@ -140,7 +140,7 @@ impl Bulk {
                 observed.mean_contact[i] = Vec3::new(force[0], force[1], force[2]);
                 (observed.impact_speed[i], observed.rebound_speed[i]) = (speeds[0], speeds[1]);
             }
-            block.history(SIZE as u32, true, &mut listed);
+            block.history(true, &mut listed);
             let near: Vec<(u32, u32)> =
                 listed[0].iter().chain(&listed[1]).map(|pair| (pair.i, pair.j)).collect();
             for (i, j) in near {

@@ -259,6 +259,6 @@ fn act(
     let bears = (old.is_some(), force != [0.0; 2]);
     met(Met::Point(&Acting { place, force, rate, bears }));
     if bears.1 {
-        points.keep(SavedPoint { first: place.first as u32, second, feature, spring, mass });
+        points.next.push(SavedPoint { first: place.first as u32, second, feature, spring, mass });
     }
 }

@@ -59,28 +59,22 @@ pub(crate) struct Account {
     before: (Vec<Vec3>, Vec<Vec3>),
 }
 
-/// A contact as the account sees it: frame, springs before and after the evaluation.
-pub(crate) struct Entry<'a> {
-    pub(crate) frame: &'a Frame,
-    pub(crate) law: &'a LinearPair,
-    /// δ_t before, turned into the present plane, slip and growth of the gap in the step, m.
-    pub(crate) path: (Vec3, Vec3, f64),
-    /// δ_t after, m.
-    pub(crate) spring: Vec3,
-    /// Force on the first partner, and its tangential part, N.
-    pub(crate) force: (Vec3, Vec3),
-}
-
 impl Account {
     /// Begins an evaluation of all contacts.
     pub(crate) fn clear(&mut self) {
         self.dashpots.clear();
     }
 
-    /// Takes a contact that was evaluated.
-    pub(crate) fn enter(&mut self, entry: &Entry<'_>) {
-        let Entry { frame, law, .. } = entry;
-        let ((carried, slip, opened), (force, tangential)) = (entry.path, entry.force);
+    /// Takes a contact that was evaluated: δ_t before, turned into the present plane, slip and growth of the
+    /// gap in the step, m; δ_t after, m; the force on the first partner, and its tangential part, N.
+    pub(crate) fn enter(
+        &mut self,
+        frame: &Frame,
+        law: &LinearPair,
+        (carried, slip, opened): (Vec3, Vec3, f64),
+        spring: Vec3,
+        (force, tangential): (Vec3, Vec3),
+    ) {
         let (normal, gap) = (frame.near.normal, frame.near.gap);
         let (k_n, k_t) = (frame.mass * law.stiffness, frame.mass * law.tangential_stiffness);
         if force == Vec3::zeros() {
@@ -90,15 +84,15 @@ impl Account {
             }
             return;
         }
-        let cut = carried + slip - entry.spring;
-        self.lost.sliding += 0.5 * k_t * (carried + entry.spring).dot(&cut);
+        let cut = carried + slip - spring;
+        self.lost.sliding += 0.5 * k_t * (carried + spring).dot(&cut);
         self.dashpots.push(Dashpots {
             partners: frame.near.partners,
             normal,
             arms: frame.arms,
             along: (force - tangential).dot(&normal) + k_n * gap,
-            across: tangential + entry.spring * k_t,
-            slides: cut.norm_squared() > 1e-24 * entry.spring.norm_squared(),
+            across: tangential + spring * k_t,
+            slides: cut.norm_squared() > 1e-24 * spring.norm_squared(),
         });
     }
 

@@ -1,7 +1,7 @@
 //! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
 use crate::general::contact::{Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque};
-use crate::general::energy::{Account, Entry};
+use crate::general::energy::Account;
 use crate::general::pair_lanes::{PairLanes, PairPass};
 use crate::general::sums::Forces;
 use crate::grains::{Grains, Response};
@@ -158,8 +158,7 @@ fn touch(
     let (force, tangential, rate) = resolve(&law, &frame, kinematics, &mut list.spring[k]);
     if let Some(account) = account {
         let path = path_of(&frame, kinematics, old);
-        let (frame, spring) = (&frame, list.spring[k]);
-        account.enter(&Entry { frame, law: &law, path, spring, force: (force, tangential) });
+        account.enter(&frame, &law, path, list.spring[k], (force, tangential));
     }
     let bears = force != Vec3::zeros();
     observed.note_event((list.touching[k], bears), rate, i, second);
