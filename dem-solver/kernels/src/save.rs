@@ -74,12 +74,8 @@ impl Dem {
         copy(&mut grains.spin_acceleration, &state.spin_acceleration);
         grains.image.clone_from(&state.image);
         grains.orientation.clear();
-        grains.orientation.extend(
-            state
-                .orientation
-                .iter()
-                .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
-        );
+        let turned = state.orientation.iter().map(|&[w, x, y, z]| Quaternion::new(w, x, y, z));
+        grains.orientation.extend(turned.map(UnitQuaternion::new_unchecked));
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
         let servos = self.around.walls.iter_mut().filter_map(|wall| wall.servo.as_mut());
         // A state of another run has none: its walls may have been others.
