@@ -189,7 +189,7 @@ impl Dem {
         // As far as the ends of all there is, unless something is nearer.
         let (low, high) = extent(grains.position.iter().map(|x| (*x).into()));
         let farthest = (Vec3::from(high) - Vec3::from(low)).norm();
-        let mut reach = grains.radius.iter().copied().fold(0.0, f64::max).max(*range);
+        let mut reach = grains.radius.iter().copied().fold(*range, f64::max);
         loop {
             search.0.prepare(&grains.position, &grains.radius, reach, periods);
             for i in 0..grains.len() {
