@@ -93,6 +93,12 @@ impl Dem {
         self.time
     }
 
+    /// Windows done since the start of the run.
+    #[must_use]
+    pub fn windows(&self) -> u64 {
+        self.windows
+    }
+
     /// The lists of the general engine at the present state, whichever engine runs.
     pub(crate) fn lists_now(&self) -> Neighbours {
         let n = self.grains.len();
