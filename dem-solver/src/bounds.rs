@@ -19,20 +19,20 @@ const UNDAMPED_WINDOW: f64 = 10.0;
 /// γ_t/γ_n that keeps such a bed quiet (docs/stability.md).
 const DASHPOT: f64 = 0.1;
 
-/// What the bounds are made of, beside scene and specification.
-pub(crate) struct Limits {
-    /// Shortest contact duration, s; infinite where nothing can touch.
-    pub(crate) contact_time: f64,
-    /// Largest γ_t/m* between free grains, 1/s.
-    pub(crate) tangential_rate: f64,
-}
-
-/// Every bound that applies to the scene.
-pub(crate) fn of(scene: &CheckedScene, spec: &DemSpec, limits: &Limits) -> Vec<SolverBound> {
-    let touching = limits.contact_time.is_finite();
-    let dashpot = packing(limits, spec.grains.len()).filter(|_| touching);
-    let tangential = undamped(scene, spec).filter(|_| touching);
-    dashpot.into_iter().chain(tangential).collect()
+/// Every bound that applies to the scene; `contact_time` is that of the shortest contact, s, infinite where
+/// nothing can touch, `tangential_rate` the largest γ_t/m* between free grains, 1/s.
+pub(crate) fn of(
+    scene: &CheckedScene,
+    spec: &DemSpec,
+    contact_time: f64,
+    tangential_rate: f64,
+) -> Vec<SolverBound> {
+    if !contact_time.is_finite() {
+        return Vec::new();
+    }
+    let rate = packing_rate(tangential_rate, spec.grains.len());
+    let dashpot = rate.map(|rate| packing(rate, contact_time));
+    dashpot.into_iter().chain(undamped(scene, spec)).collect()
 }
 
 /// γ_t/m* that sub-steps must bear, 1/s, where there are enough grains for a packing.
@@ -43,18 +43,17 @@ pub(crate) fn packing_rate(tangential_rate: f64, grains: usize) -> Option<f64> {
 /// The tangential dashpots of all contacts of a grain act on its spin at once, each as it was before the
 /// sub-step: with z contacts and neighbours that turn against it that is stable up to 2/3 z (m R²/I) γ_t
 /// dt/m = 1, which for six contacts of spheres is γ_t dt/m_e = 0.2.
-fn packing(limits: &Limits, grains: usize) -> Option<SolverBound> {
-    let rate = packing_rate(limits.tangential_rate, grains)?;
-    let needed = (rate * limits.contact_time / LARGEST_DASHPOT).ceil();
+fn packing(rate: f64, contact_time: f64) -> SolverBound {
+    let needed = (rate * contact_time / LARGEST_DASHPOT).ceil();
     let value = (rate, Measure::Substep);
-    Some(SolverBound::new("contact-dashpot", "γ_t dt/m_e", value, Side::AtMost, LARGEST_DASHPOT).because(
+    SolverBound::new("contact-dashpot", "γ_t dt/m_e", value, Side::AtMost, LARGEST_DASHPOT).because(
         "the tangential dashpots of all contacts of a grain together turn it too far: a packing never comes to rest",
         "docs/maps/packing.csv",
         format!(
             "give {needed} sub-steps per contact time (coupling.steps_per_contact, dem.steps_per_contact), or a \
              smaller dem.contact.damping_ratio"
         ),
-    ))
+    )
 }
 
 /// Springs without damping between grains that touch, fed by a force that stays the same for a window.

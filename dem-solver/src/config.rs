@@ -18,7 +18,7 @@ use crate::laws::walls::{Servo, Wall};
 use crate::lubrication::law::LineResolution;
 use crate::lubrication::settings::{Lubrication, LubricationSettings};
 use crate::motion::{Freedom, Motion};
-use crate::spec::{BulkSettings, DemSpec, Engine, Integrator};
+use crate::spec::{DemSpec, Integrator};
 
 /// Roughness η/R where a coupled scene names none (Izard et al. 2014, §4.1).
 const ROUGHNESS: f64 = 4e-4;
@@ -238,15 +238,13 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         });
         Grain { outline, ..self::grain(grain, shared.domain.geometry) }
     });
-    let grains = grains.collect();
+    let spec = DemSpec::new(grains.collect(), contact);
     Ok(DemSpec {
-        grains,
         shape: if shared.domain.geometry == Geometry::Plane { Shape::Disc } else { Shape::Sphere },
         outlines,
         walls,
         periods: shared.domain.periods(),
         gravity: shared.gravity.clone(),
-        contact,
         lubrication,
         line_resolution: match dem.line_film {
             LineFilm::Mask => LineResolution::MASK,
@@ -255,13 +253,9 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         viscosity: shared.medium.as_ref().map_or(0.0, |medium| medium.viscosity),
         fluid_density: shared.medium.as_ref().map_or(0.0, |medium| medium.density),
         integrator: dem.integrator,
-        skin: None,
-        engine: Engine::Auto,
-        bulk: BulkSettings::default(),
-        observations: true,
-        orientation: true,
         energy: shared.observe.energy,
         split: shared.observe.substeps.is_some(),
+        ..spec
     })
 }
 

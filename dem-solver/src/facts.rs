@@ -59,7 +59,6 @@ pub(crate) fn facts(
     let tangential_rate = least_mass(spec)
         .zip(spec.contact.linear())
         .map_or(0.0, |(mass, law)| law.tangential_rate(0.5 * mass));
-    let limits = bounds::Limits { contact_time, tangential_rate };
     let facts = DemFacts {
         grains: grains as u64,
         memory: 4096 + 1024 * grains as u64,
@@ -68,7 +67,7 @@ pub(crate) fn facts(
         coarse_dt: step.coarse,
         interaction_range: spec.range(),
         values_over_time: true,
-        bounds: bounds::of(scene, spec, &limits),
+        bounds: bounds::of(scene, spec, contact_time, tangential_rate),
         field_bytes: field_bytes(scene, spec),
         // State, contacts of a bed, and the last motion.
         checkpoint_bytes: 1000 + 440 * grains as u64,

@@ -5,6 +5,8 @@
 //! are left. Each grain of a batch takes the first of a hundred random places that is free; where none
 //! is, it and those after it wait for the next window.
 
+use std::collections::BTreeSet;
+
 use crate::grain::Grain;
 use crate::grains::Grains;
 use crate::motion::Vec3;
@@ -54,9 +56,9 @@ impl Insertions {
         for (number, inserted) in waiting[..due].iter().enumerate() {
             let (insertion, radius) = (&self.insertions[inserted.insertion], all[there + number].radius);
             let clear = |place: &Vec3| {
-                let clear =
-                    |(x, r): &(Vec3, f64)| periods.nearest(place - x).norm_squared() >= (radius + r).powi(2);
-                near.iter().all(clear) && dem.gap_to_walls(place, radius) >= -ROUNDING * radius
+                let apart2 = |x: &Vec3| periods.nearest(place - x).norm_squared();
+                near.iter().all(|(x, r)| apart2(x) >= (radius + r).powi(2))
+                    && dem.gap_to_walls(place, radius) >= -ROUNDING * radius
             };
             let grain = (there + number) as u64;
             let place = (0..TRIES)
@@ -80,20 +82,16 @@ impl Insertions {
         time: f64,
     ) -> Vec<(Vec3, f64)> {
         let largest = all.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-        let mut used: Vec<usize> = due.iter().map(|inserted| inserted.insertion).collect();
-        used.sort_unstable();
-        used.dedup();
+        let used: BTreeSet<usize> = due.iter().map(|inserted| inserted.insertion).collect();
         let reaches = |x: &Vec3| {
             used.iter().any(|&insertion| {
+                let Insertion { lower, upper, .. } = &self.insertions[insertion];
                 let shift = self.insertions[insertion].shift(time);
-                let corner =
-                    |corner: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|c| corner[c] + shift[c]) };
-                let (low, high) =
-                    (corner(&self.insertions[insertion].lower), corner(&self.insertions[insertion].upper));
                 (0..3).all(|c| {
+                    let (low, high) = (lower[c] + shift[c], upper[c] + shift[c]);
                     (self.domain.geometry == Geometry::Plane && c == 1)
                         || periods.is_periodic(c)
-                        || (low[c] - 2.0 * largest..=high[c] + 2.0 * largest).contains(&x[c])
+                        || (low - 2.0 * largest..=high + 2.0 * largest).contains(&x[c])
                 })
             })
         };

@@ -7,7 +7,6 @@ use crate::grains::Grains;
 /// Grains named one by one; the rest is counted.
 const NAMED: usize = 5;
 
-/// Watches for grains outside the box.
 pub(crate) struct Outside {
     domain: Domain,
     /// What becomes of them.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bedload_output::{MetricValue, OutputFolder, observed_grains};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
-use bedload_scene::{CheckedScene, SceneError};
+use bedload_scene::{Axis, CheckedScene, SceneError};
 use cpu_time::ProcessTime;
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
@@ -21,7 +21,7 @@ use crate::initial;
 use crate::insertion::Insertions;
 use crate::output::profile::Profile;
 use crate::output::substeps::Substeps;
-use crate::output::totals::{Totals, add_servos, components};
+use crate::output::totals::{Totals, add_servos};
 use crate::output::{finish, grain_files};
 use crate::outside::Outside;
 use crate::report::GrainLoad;
@@ -39,8 +39,8 @@ pub struct DemParticipant {
     outside: Outside,
     profile: Option<bedload_scene::Profile>,
     totals: Option<Totals>,
-    /// Components of what is told of servos; none where nothing is asked for.
-    servos: Option<&'static [usize]>,
+    /// Along which axes stresses on servos are told; none where nothing is asked for.
+    servos: Option<&'static [Axis]>,
     substeps: Option<Substeps>,
     fields: PathBuf,
     /// Whether forces on grains are read after every window, or only when fields are written.
@@ -82,7 +82,7 @@ impl DemParticipant {
             outside: Outside::new(scene),
             profile: scene.scene.observe.profile.clone(),
             totals: Totals::of(scene),
-            servos: observe.values_over_time.then(|| components(scene)),
+            servos: observe.values_over_time.then(|| scene.scene.domain.geometry.axes()),
             substeps: observe
                 .substeps
                 .as_ref()
@@ -175,18 +175,6 @@ impl DemParticipant {
         self.dem.restore(state).map_err(failed)
     }
 
-    /// Loads of the grains that are there.
-    fn present_loads(&self) -> &[GrainLoad] {
-        &self.loads[..self.dem.grains.len()]
-    }
-
-    /// What acted in the sub-steps of window `step`; a window that is done again is written again.
-    fn write_substeps(&self, step: u64) -> Result<(), SolverError> {
-        let Some(substeps) = &self.substeps else { return Ok(()) };
-        let table = substeps.table(&self.dem, &self.spec.gravity, &self.loads);
-        self.write_field(&format!("substeps_{step:08}.csv"), table.as_bytes())
-    }
-
     fn write_field(&self, name: &str, bytes: &[u8]) -> Result<(), SolverError> {
         let path = self.fields.join(name);
         std::fs::create_dir_all(&self.fields)
@@ -195,7 +183,7 @@ impl DemParticipant {
     }
 
     pub(crate) fn contacts(&self) -> Vec<Contact> {
-        self.dem.contact_list(self.present_loads())
+        self.dem.contact_list(&self.loads[..self.dem.grains.len()])
     }
 
     /// The profile now, if the scene asks for one.
@@ -272,8 +260,10 @@ impl Participant for DemParticipant {
         let split = self.substeps.as_mut().is_some_and(|asked| asked.begin(&mut self.dem, window.time, end));
         let report = self.dem.advance(window.dt, substeps, &self.loads[..there]).map_err(failed)?;
         self.work += start.elapsed();
-        if split {
-            self.write_substeps(window.step)?;
+        if let Some(asked) = self.substeps.as_ref().filter(|_| split) {
+            // a window that is done again is written again
+            let table = asked.table(&self.dem, &self.spec.gravity, &self.loads);
+            self.write_field(&format!("substeps_{:08}.csv", window.step), table.as_bytes())?;
         }
         if let Some(fault) = report.first_non_finite {
             return Err(SolverError::Failed(format!(
@@ -288,21 +278,22 @@ impl Participant for DemParticipant {
                 "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; the \
                  contact is too soft for that speed: shorten dem.contact.contact_time, or stiffen the law",
                 window.step,
-                window.time + window.dt,
+                end,
                 <[f64; 3]>::from(x),
                 <[f64; 3]>::from(v)
             )));
         }
-        self.outside.look(&self.dem.grains, window.step, window.time + window.dt);
+        self.outside.look(&self.dem.grains, window.step, end);
+        let substeps = u64::from(report.n_sub_done);
         let mut header = window.header();
-        header.substeps = u64::from(report.n_sub_done);
+        header.substeps = substeps;
         header.smallest_gap = report.smallest_gap;
         header.largest_overlap = report.largest_overlap;
         exchange.send(header, &mut |out| self.fill(out))?;
         Ok(WindowReport {
             dt_limit: f64::INFINITY,
             residual: self.overlap_part(report.largest_overlap),
-            substeps: u64::from(report.n_sub_done),
+            substeps,
         })
     }
 
@@ -329,14 +320,14 @@ impl Participant for DemParticipant {
 
     fn write_fields(&mut self, window: &Window) -> Result<(), SolverError> {
         let time = window.time + window.dt;
-        let name = format!("grains_{:08}.vtp", window.step);
-        self.write_field(&name, &grain_files::vtp(time, &self.dem.grains, self.dem.observations()))?;
-        bedload_output::vtk::list(&self.fields.join("grains.pvd"), time, &name).map_err(failed)?;
         let (grains, seen) = (&self.dem.grains, self.dem.observations());
-        if let Some(bytes) = grain_files::outlines(time, grains, seen, &self.spec.outlines) {
-            let name = format!("bodies_{:08}.vtp", window.step);
+        let bodies = grain_files::outlines(time, grains, seen, &self.spec.outlines);
+        for (kind, bytes) in [("grains", Some(grain_files::vtp(time, grains, seen))), ("bodies", bodies)] {
+            let Some(bytes) = bytes else { continue };
+            let name = format!("{kind}_{:08}.vtp", window.step);
             self.write_field(&name, &bytes)?;
-            bedload_output::vtk::list(&self.fields.join("bodies.pvd"), time, &name).map_err(failed)?;
+            bedload_output::vtk::list(&self.fields.join(format!("{kind}.pvd")), time, &name)
+                .map_err(failed)?;
         }
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);
@@ -353,8 +344,8 @@ impl Participant for DemParticipant {
         if let Some(asked) = &self.totals {
             asked.add(&self.dem, || self.contacts(), out);
         }
-        if let Some(components) = self.servos {
-            add_servos(components, &self.dem, out);
+        if let Some(axes) = self.servos {
+            add_servos(axes, &self.dem, out);
         }
     }
 }
@@ -384,13 +375,8 @@ impl Solver for DemParticipant {
         scene: &CheckedScene,
         folder: &OutputFolder,
     ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-        let what = finish::Finished {
-            dem: &self.dem,
-            spec: &self.spec,
-            profile: self.profile(),
-            outside: &self.outside,
-        };
-        finish::finish(&what, scene, folder)
+        let what = (&self.dem, &self.spec);
+        finish::finish(what, self.profile().as_ref(), &self.outside, scene, folder)
     }
 
     fn schema() -> serde_json::Value {

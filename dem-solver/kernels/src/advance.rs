@@ -9,6 +9,7 @@ use crate::general::evaluation::Window;
 use crate::grains::Grains;
 use crate::motion::Vec3;
 use crate::report::{GrainLoad, NonFinite, Observations, Outcome, WindowReport};
+use crate::search::cells::extent;
 use crate::solver::{Dem, Running};
 use crate::surroundings::Surroundings;
 
@@ -42,11 +43,9 @@ impl Dem {
         // Where gravity changes, each sub-step adds its difference from this one.
         let first = Vec3::from(gravity.start());
         let gravity = Some(&*gravity).filter(|gravity| gravity.varies());
-        around
-            .walls
-            .iter_mut()
-            .filter_map(|wall| wall.servo.as_mut())
-            .for_each(|it| it.window = Default::default());
+        for servo in around.walls.iter_mut().filter_map(|wall| wall.servo.as_mut()) {
+            servo.window = Default::default();
+        }
         self.time += dt_window;
         self.windows += 1;
         self.substeps += u64::from(n_sub);
@@ -188,12 +187,9 @@ impl Dem {
                 .fold(least, f64::min);
         }
         // As far as the ends of all there is, unless something is nearer.
-        let mut ends = [Vec3::from([f64::INFINITY; 3]), Vec3::from([f64::NEG_INFINITY; 3])];
-        for x in &grains.position {
-            ends = [ends[0].inf(x), ends[1].sup(x)];
-        }
-        let (farthest, radii) = ((ends[1] - ends[0]).norm(), grains.radius.iter().copied());
-        let mut reach = range.max(radii.fold(0.0, f64::max));
+        let (low, high) = extent(grains.position.iter().map(|x| (*x).into()));
+        let farthest = (Vec3::from(high) - Vec3::from(low)).norm();
+        let mut reach = grains.radius.iter().copied().fold(*range, f64::max);
         loop {
             search.0.prepare(&grains.position, &grains.radius, reach, periods);
             for i in 0..grains.len() {
@@ -228,12 +224,8 @@ impl Dem {
 /// First free grain that is behind a wall by more than its diameter.
 fn first_lost(grains: &Grains, around: &Surroundings, time: f64) -> Option<usize> {
     let behind = |&i: &usize| {
-        let mut gaps = around
-            .walls
-            .iter()
-            .filter(|wall| wall.acts(time))
-            .map(|wall| wall.gap(&grains.position[i], grains.radius[i], time));
-        gaps.any(|gap| gap < -3.0 * grains.radius[i])
+        let (x, r) = (&grains.position[i], grains.radius[i]);
+        around.walls.iter().any(|wall| wall.acts(time) && wall.gap(x, r, time) < -3.0 * r)
     };
     (0..grains.len()).filter(|&i| grains.responds(i)).find(behind)
 }

@@ -95,7 +95,6 @@ impl Grain {
         }
     }
 
-    /// Checks ranges.
     pub(crate) fn validate(&self, grain: usize) -> Result<(), SpecError> {
         let bad = |quantity, value, allowed| Err(SpecError::Grain { grain, quantity, value, allowed });
         for (quantity, values) in [

@@ -27,21 +27,15 @@ impl Motion {
     /// Velocity and spin at time `t` of a grain that forces do not move.
     #[must_use]
     pub fn velocity_at(&self, t: f64) -> (Vec3, Vec3) {
-        match self {
-            Self::Free | Self::Fixed => (Vec3::zeros(), Vec3::zeros()),
-            Self::Prescribed { velocity, spin } => (velocity.at(t).into(), spin.at(t).into()),
-        }
+        let Self::Prescribed { velocity, spin } = self else { return Default::default() };
+        (velocity.at(t).into(), spin.at(t).into())
     }
 
     /// Mean velocity and spin between `t` and `t + dt`: times `dt` they give the exact path.
     #[must_use]
     pub fn mean_velocity(&self, t: f64, dt: f64) -> (Vec3, Vec3) {
-        match self {
-            Self::Free | Self::Fixed => (Vec3::zeros(), Vec3::zeros()),
-            Self::Prescribed { velocity, spin } => {
-                (velocity.mean(t, t + dt).into(), spin.mean(t, t + dt).into())
-            }
-        }
+        let Self::Prescribed { velocity, spin } = self else { return Default::default() };
+        (velocity.mean(t, t + dt).into(), spin.mean(t, t + dt).into())
     }
 
     /// Whether velocity or spin change over time.
@@ -52,12 +46,8 @@ impl Motion {
 
     /// All its numbers.
     pub(crate) fn values(&self) -> Vec<f64> {
-        match self {
-            Self::Free | Self::Fixed => Vec::new(),
-            Self::Prescribed { velocity, spin } => {
-                velocity.extremes().chain(spin.extremes()).flatten().collect()
-            }
-        }
+        let Self::Prescribed { velocity, spin } = self else { return Vec::new() };
+        velocity.extremes().chain(spin.extremes()).flatten().collect()
     }
 }
 
@@ -88,12 +78,6 @@ impl Freedom {
     #[must_use]
     pub fn rotation(&self) -> Vec3 {
         self.rotation.map(|free| f64::from(u8::from(free))).into()
-    }
-}
-
-impl Default for Freedom {
-    fn default() -> Self {
-        Self::SPACE
     }
 }
 

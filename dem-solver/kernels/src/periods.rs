@@ -6,7 +6,8 @@ use crate::motion::Vec3;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Periods {
     start: [f64; 3],
-    length: [f64; 3],
+    /// m; 0 where there is no period.
+    pub(crate) length: [f64; 3],
     inverse: [f64; 3],
     any: bool,
 }

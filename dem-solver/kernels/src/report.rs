@@ -53,7 +53,6 @@ pub struct WindowReport {
 pub(crate) struct Outcome {
     /// Sub-steps done.
     pub(crate) done: u32,
-    /// Whether the state stayed finite.
     pub(crate) finite: bool,
 }
 
@@ -109,13 +108,11 @@ impl Observations {
         Self {
             mean_contact: vec![Vec3::zeros(); n],
             mean_lubrication: vec![Vec3::zeros(); n],
-            wall_contact: Vec::new(),
-            wall_lubrication: Vec::new(),
             smallest_gap: vec![f64::INFINITY; n],
             gap_end: vec![f64::INFINITY; n],
             impact_speed: vec![0.0; n],
             rebound_speed: vec![0.0; n],
-            split: Split::default(),
+            ..Self::default()
         }
     }
 
@@ -131,5 +128,18 @@ impl Observations {
         self.gap_end.fill(f64::INFINITY);
         self.impact_speed.fill(0.0);
         self.rebound_speed.fill(0.0);
+    }
+
+    /// Records the beginning or the end of a contact of `first` with another grain or a wall, with the gap
+    /// rate at that moment; `bears`: whether it bore a force before, and does now.
+    #[inline(always)]
+    pub(crate) fn note_event(&mut self, bears: (bool, bool), rate: f64, first: usize, second: Option<usize>) {
+        if bears.0 != bears.1 {
+            let Self { impact_speed, rebound_speed, .. } = self;
+            let (speeds, speed) = if bears.1 { (impact_speed, -rate) } else { (rebound_speed, rate) };
+            for grain in [Some(first), second].into_iter().flatten() {
+                speeds[grain] = speed.max(0.0);
+            }
+        }
     }
 }

@@ -74,12 +74,8 @@ impl Dem {
         copy(&mut grains.spin_acceleration, &state.spin_acceleration);
         grains.image.clone_from(&state.image);
         grains.orientation.clear();
-        grains.orientation.extend(
-            state
-                .orientation
-                .iter()
-                .map(|&[w, x, y, z]| UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))),
-        );
+        let turned = state.orientation.iter().map(|&[w, x, y, z]| Quaternion::new(w, x, y, z));
+        grains.orientation.extend(turned.map(UnitQuaternion::new_unchecked));
         (self.time, self.substeps, self.windows) = (state.time, state.substeps, state.windows);
         let servos = self.around.walls.iter_mut().filter_map(|wall| wall.servo.as_mut());
         // A state of another run has none: its walls may have been others.
@@ -148,26 +144,17 @@ impl Dem {
         let is_point = |it: &SavedPoint| {
             grain(it.first) && it.spring.is_finite() && it.mass > 0.0 && it.mass.is_finite()
         };
-        let pairs = state.contacts.iter().map(|it| {
-            let fits = sound(it) && it.second > it.first && grain(it.second);
-            (it.first, it.second, fits)
-        });
-        check_contacts(pairs, PartialOrd::lt)?;
-        let of_walls = state.wall_contacts.iter();
-        check_contacts(
-            of_walls.map(|it| (it.first, it.second, sound(it) && wall(it.second))),
-            PartialOrd::lt,
-        )?;
-        let pairs = state.body_contacts.iter().map(|it| {
-            let fits = is_point(it) && it.second > it.first && grain(it.second);
-            (it.first, it.second, fits && !(is_round(it.first) && is_round(it.second)))
-        });
-        check_contacts(pairs, PartialOrd::le)?;
-        let of_walls = state
-            .body_wall_contacts
-            .iter()
-            .map(|it| (it.first, it.second, is_point(it) && wall(it.second) && !is_round(it.first)));
-        check_contacts(of_walls, PartialOrd::le)
+        let is_pair = |i: u32, j: u32| j > i && grain(j);
+        let fits = |it: &SavedContact| sound(it) && is_pair(it.first, it.second);
+        check_contacts(state.contacts.iter().map(|it| (it.first, it.second, fits(it))), PartialOrd::lt)?;
+        let fits = |it: &SavedContact| sound(it) && wall(it.second);
+        check_contacts(state.wall_contacts.iter().map(|it| (it.first, it.second, fits(it))), PartialOrd::lt)?;
+        let are_round = |it: &SavedPoint| is_round(it.first) && is_round(it.second);
+        let fits = |it: &SavedPoint| is_point(it) && is_pair(it.first, it.second) && !are_round(it);
+        check_contacts(state.body_contacts.iter().map(|it| (it.first, it.second, fits(it))), PartialOrd::le)?;
+        let fits = |it: &SavedPoint| is_point(it) && wall(it.second) && !is_round(it.first);
+        let points = state.body_wall_contacts.iter();
+        check_contacts(points.map(|it| (it.first, it.second, fits(it))), PartialOrd::le)
     }
 }
 

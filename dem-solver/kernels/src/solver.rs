@@ -29,9 +29,9 @@ pub struct Dem {
     pub(crate) observed: Observations,
     pub(crate) gravity: OverTime<[f64; 3]>,
     pub(crate) time: f64,
+    /// Done since the start of the run.
     pub(crate) substeps: u64,
     pub(crate) windows: u64,
-    /// Whether orientations are wanted.
     pub(crate) orientation: bool,
     shape: Shape,
     skin: f64,
@@ -39,7 +39,6 @@ pub struct Dem {
     pub(crate) search: (PairSearch, Vec<u32>),
 }
 
-/// The engine that does the work.
 #[derive(Clone, Debug)]
 pub(crate) enum Running {
     General(Box<General>),
@@ -94,12 +93,6 @@ impl Dem {
         self.time
     }
 
-    /// Sub-steps done since the start of the run.
-    #[must_use]
-    pub fn substeps(&self) -> u64 {
-        self.substeps
-    }
-
     /// Windows done since the start of the run.
     #[must_use]
     pub fn windows(&self) -> u64 {
@@ -131,7 +124,7 @@ impl Dem {
     /// The bodies that are not round as they stand; none where all are round.
     pub(crate) fn bodies_now(&self) -> Option<Box<BodyContacts>> {
         let mut bodies = self.general()?.evaluation.bodies.clone()?;
-        bodies.place(&self.grains);
+        bodies.placed.place(&self.grains);
         Some(bodies)
     }
 
@@ -199,10 +192,6 @@ impl Dem {
         walls.filter_map(|(w, wall)| Some((w, &**wall.servo.as_ref()?)))
     }
 
-    fn bulk(&self) -> Option<&Bulk> {
-        if let Running::Bulk(bulk) = &self.engine { Some(bulk) } else { None }
-    }
-
     pub(crate) fn general(&self) -> Option<&General> {
         if let Running::General(general) = &self.engine { Some(general) } else { None }
     }
@@ -232,7 +221,7 @@ impl Dem {
     /// Threads that the present size is worth, of those allowed.
     #[must_use]
     pub fn threads(&self) -> usize {
-        self.bulk().map_or(1, Bulk::threads)
+        if let Running::Bulk(bulk) = &self.engine { bulk.threads() } else { 1 }
     }
 
     /// Whether the next windows note forces, gaps and speeds per grain. The general engine always does.
@@ -252,7 +241,7 @@ impl Dem {
     /// Whether the bulk engine does the work.
     #[must_use]
     pub fn is_bulk(&self) -> bool {
-        self.bulk().is_some()
+        matches!(self.engine, Running::Bulk(_))
     }
 
     /// Observations of the last window; empty in the bulk engine if they were not asked for.

@@ -5,14 +5,10 @@ use crate::laws::table::PairLaw;
 use crate::laws::walls::Plane;
 use crate::periods::Periods;
 
-/// What does not change over a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
-    /// Walls.
     pub(crate) walls: Vec<Plane>,
-    /// Periodic directions.
     pub(crate) periods: Periods,
-    /// Law of contact.
     pub(crate) law: PairLaw,
     /// Resistance to rolling, if there is one.
     pub(crate) rolling: Option<Rolling>,

@@ -51,8 +51,7 @@ impl DemSpec {
             });
         }
         if let Some(grain) = self.grains.iter().position(|grain| {
-            grain.wall.is_some_and(|w| w as usize >= self.walls.len())
-                || grain.wall.is_some() && grain.motion == Motion::Free
+            grain.wall.is_some_and(|w| w as usize >= self.walls.len() || grain.motion == Motion::Free)
         }) {
             let (quantity, value) = ("wall", f64::from(self.grains[grain].wall.unwrap_or_default()));
             let allowed = "the number of a wall, and the grain none that forces move";

@@ -56,7 +56,7 @@ pub fn coarse_grain(
     partition: &Partition,
     inside: impl Fn(&Vec3) -> bool,
 ) -> Vec<Cell> {
-    let mut cells = vec![Cell::default(); partition.len()];
+    let mut cells = vec![Cell::default(); partition.count()];
     let free = || (0..grains.len()).filter(|&i| is_free(grains, i) && inside(&grains.position[i]));
     for i in free() {
         let volume = shape.mass(grains.radius[i], 1.0);

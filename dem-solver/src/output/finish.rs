@@ -15,23 +15,15 @@ use bedload_output::{MetricValue, OutputFolder, atomic_write};
 use bedload_scene::{CheckedScene, InRange, MetricKind};
 use protocol::participant::SolverError;
 
-/// What a run has at its end.
-pub(crate) struct Finished<'a> {
-    pub(crate) dem: &'a Dem,
-    /// All grains, also those that were not inserted.
-    pub(crate) spec: &'a DemSpec,
-    pub(crate) profile: Option<Profile>,
-    pub(crate) outside: &'a Outside,
-}
-
-/// Writes the files and measures.
+/// Writes the files and measures; `spec` has all grains, also those that were not inserted.
 pub(crate) fn finish(
-    what: &Finished<'_>,
+    (dem, spec): (&Dem, &DemSpec),
+    profile: Option<&Profile>,
+    outside: &Outside,
     scene: &CheckedScene,
     folder: &OutputFolder,
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let failed = |error: bedload_output::OutputError| SolverError::Failed(error.to_string());
-    let Finished { dem, spec, profile, outside } = what;
     let table = grain_files::table(dem.time(), &dem.grains, spec, &outside.sum_up(&dem.grains));
     atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
     let waiting = spec.grains.len() - dem.grains.len();

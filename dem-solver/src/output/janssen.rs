@@ -101,7 +101,7 @@ pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<f64> 
 
 /// f_w K measured: friction of the side walls over granular pressure, slab by slab.
 pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
-    mean(bearing(profile, range).map(|slab| profile.wall_shear(slab) / profile.pressure(slab)))
+    mean(bearing(profile, range).map(|slab| profile.wall_stress(slab)[1] / profile.pressure(slab)))
 }
 
 /// Mean granular pressure, Pa.

@@ -51,16 +51,11 @@ pub enum Partition {
 
 impl Partition {
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         match self {
             Self::Slabs(slabs) => slabs.count,
             Self::Grid(grid) => grid.cells.iter().product(),
         }
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Volume of each cell, m³ (m² for discs).
@@ -98,13 +93,9 @@ impl Partition {
 impl Slabs {
     /// Where the images of something between `low` and `high` lie.
     fn images(&self, low: f64, high: f64) -> impl Iterator<Item = f64> {
-        let top = self.lower + self.width * self.count as f64;
-        let bottom = self.lower;
-        let period = self.period;
-        [0.0, -1.0, 1.0]
-            .into_iter()
-            .map(move |turn| if turn == 0.0 { Some(0.0) } else { period.map(|period| turn * period) })
-            .filter_map(move |shift| shift.filter(|shift| high + shift > bottom && low + shift < top))
+        let (bottom, top) = (self.lower, self.lower + self.width * self.count as f64);
+        let shifts = [Some(0.0), self.period.map(|period| -period), self.period].into_iter().flatten();
+        shifts.filter(move |shift| high + shift > bottom && low + shift < top)
     }
 
     /// Slabs that the interval touches.

@@ -32,11 +32,6 @@ pub struct Profile {
     pub walls: Vec<[f64; 2]>,
 }
 
-/// The two other components.
-fn lateral(axis: usize) -> [usize; 2] {
-    [(axis + 1) % 3, (axis + 2) % 3]
-}
-
 impl Profile {
     /// Averages over the region of `asked`.
     pub fn new(
@@ -47,7 +42,8 @@ impl Profile {
     ) -> Self {
         let axis = asked.axis.component();
         let disc = spec.shape == Shape::Disc;
-        let sides: Vec<usize> = lateral(axis).into_iter().filter(|c| !(disc && *c == 1)).collect();
+        let others = [(axis + 1) % 3, (axis + 2) % 3].into_iter();
+        let sides: Vec<usize> = others.filter(|c| !(disc && *c == 1)).collect();
         let extent = |c: &usize| asked.upper[*c] - asked.lower[*c];
         let width = (asked.upper[axis] - asked.lower[axis]) / asked.slabs as f64;
         let slabs = Slabs {
@@ -88,20 +84,10 @@ impl Profile {
         self.cells[slab].pressure(self.shape)
     }
 
-    /// Force of the side walls along the axis per area of wall, Pa.
-    pub fn wall_shear(&self, slab: usize) -> f64 {
-        self.per_wall(slab, 1)
-    }
-
-    /// Force of the side walls inward per area of wall, Pa.
-    pub fn wall_pressure(&self, slab: usize) -> f64 {
-        self.per_wall(slab, 0)
-    }
-
-    /// Zero where there are no side walls.
-    fn per_wall(&self, slab: usize, which: usize) -> f64 {
+    /// Force of the side walls, inward and along the axis, per area of wall, Pa; zero where there are none.
+    pub fn wall_stress(&self, slab: usize) -> [f64; 2] {
         let area = self.perimeter * self.width;
-        if area > 0.0 { self.walls[slab][which] / area } else { 0.0 }
+        self.walls[slab].map(|force| if area > 0.0 { force / area } else { 0.0 })
     }
 
     /// Slabs whose middle lies in `range`.
@@ -123,7 +109,8 @@ impl Profile {
             let kinetic = Cell { contact: nalgebra::Matrix3::zeros(), ..*cell }.pressure(self.shape);
             let ours = [self.middle(slab), cell.solid, cell.density, u.x, u.y, u.z];
             let stress = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| s[at]);
-            let pressures = [kinetic, self.pressure(slab), self.wall_shear(slab), self.wall_pressure(slab)];
+            let [inward, shear] = self.wall_stress(slab);
+            let pressures = [kinetic, self.pressure(slab), shear, inward];
             let more = more.iter().map(|(_, values)| values[slab]);
             let row = ours.into_iter().chain(stress).chain(pressures).chain(more);
             text += &row.map(|value| value.to_string()).collect::<Vec<_>>().join(",");

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use bedload_scene::{Geometry, ObservedSubsteps, OverTime};
+use bedload_scene::{Axis, Geometry, ObservedSubsteps, OverTime};
 
 use crate::grains::Grains;
 use crate::motion::Vec3;
@@ -42,11 +42,12 @@ impl Substeps {
     /// dv/dt is the sum of the forces, with the weight m g: the force of the virtual mass m_a is m_a (A_prev
     /// − dv/dt).
     pub(crate) fn table(&self, dem: &Dem, gravity: &OverTime<[f64; 3]>, loads: &[GrainLoad]) -> String {
-        let components = components(self.geometry);
+        // what stands on the axis of symmetry moves along it alone
+        let axes = || self.geometry.axes().iter().filter(|axis| **axis != Axis::R);
         let mut text = String::from("substep,t,grain");
         for name in NAMES {
-            for &(_, axis) in components {
-                let _ = write!(text, ",{name}_{axis}");
+            for axis in axes() {
+                let _ = write!(text, ",{name}_{}", axis.name());
             }
         }
         text.push('\n');
@@ -56,8 +57,8 @@ impl Substeps {
             let values = values(row, &dem.grains, mean, loads[row.grain], self.before[place]);
             let _ = write!(text, "{},{},{}", row.substep, row.time, row.grain);
             for value in values {
-                for &(c, _) in components {
-                    let _ = write!(text, ",{}", value[c]);
+                for axis in axes() {
+                    let _ = write!(text, ",{}", value[axis.component()]);
                 }
             }
             text.push('\n');
@@ -91,12 +92,4 @@ fn values(row: &SplitRow, grains: &Grains, gravity: Vec3, load: GrainLoad, befor
         virtual_mass,
         gravity * grains.mass[row.grain],
     ]
-}
-
-fn components(geometry: Geometry) -> &'static [(usize, char)] {
-    match geometry {
-        Geometry::Space => &[(0, 'x'), (1, 'y'), (2, 'z')],
-        Geometry::Plane => &[(0, 'x'), (2, 'z')],
-        Geometry::Axisymmetric => &[(2, 'z')],
-    }
 }

@@ -1,27 +1,21 @@
 //! What `observe.totals` asks for.
 
-use bedload_scene::{CheckedScene, Domain, Total};
+use bedload_scene::{Axis, CheckedScene, Domain, Total};
 
 use crate::contacts::{Contact, is_free};
 use crate::motion::Vec3;
 use crate::report::Observations;
 use crate::solver::Dem;
 
-/// Components of the geometry.
-pub(crate) fn components(scene: &CheckedScene) -> &'static [usize] {
-    if scene.scene.domain.dimensions() == 3 { &[0, 1, 2] } else { &[0, 2] }
-}
-
 /// Adds what [`bedload_output::totals::servos`] names, in its order.
-pub(crate) fn add_servos(components: &[usize], dem: &Dem, out: &mut Vec<f64>) {
+pub(crate) fn add_servos(axes: &[Axis], dem: &Dem, out: &mut Vec<f64>) {
     for (_, servo) in dem.servos() {
         let stress = servo.stress();
         out.extend([servo.way_at(dem.time()), servo.speed]);
-        out.extend(components.iter().map(|c| stress[*c]));
+        out.extend(axes.iter().map(|axis| stress[axis.component()]));
     }
 }
 
-/// What is asked for.
 #[derive(Clone, Debug)]
 pub(crate) struct Totals {
     /// What is outside counts no more.
@@ -32,8 +26,6 @@ pub(crate) struct Totals {
     /// Number of walls before the faces of the box.
     walls: usize,
     faces: usize,
-    /// Components of the geometry.
-    components: &'static [usize],
 }
 
 impl Totals {
@@ -47,7 +39,6 @@ impl Totals {
             films: asked.has(&[Total::WallStress]),
             walls: scene.scene.walls.len(),
             faces: domain.contact_faces().len(),
-            components: components(scene),
         })
     }
 
@@ -66,7 +57,7 @@ impl Totals {
         for (asked, on_walls) in [(self.forces, wall_contact), (self.films, wall_lubrication)] {
             for face in 0..if asked { self.faces } else { 0 } {
                 let push = on_walls.get(self.walls + face).copied().unwrap_or_default();
-                out.extend(self.components.iter().map(|c| push[*c]));
+                out.extend(self.domain.geometry.axes().iter().map(|axis| push[axis.component()]));
             }
         }
     }

@@ -42,7 +42,6 @@ impl Meeting {
         Self { gap: touch.gap, touches: [touch, Touch::default()], count: 1 }
     }
 
-    /// The points.
     #[inline(always)]
     pub(crate) fn touches(&self) -> &[Touch] {
         &self.touches[..self.count]
@@ -125,12 +124,13 @@ fn best_edge(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2) -> (f64, usize) {
     best
 }
 
-/// The edge that faces `normal` most.
+/// Which of `vectors` goes least along `normal`: of the normals of edges the one that faces it most, of
+/// vertices the lowest.
 #[inline(always)]
-fn facing(edges: &Edges<'_>, normal: Vec2) -> usize {
+fn least(vectors: &[Vec2], normal: Vec2) -> usize {
     let mut best = (f64::INFINITY, 0);
-    for (k, own) in edges.normals.iter().enumerate() {
-        let size = dot(*own, normal);
+    for (k, vector) in vectors.iter().enumerate() {
+        let size = dot(*vector, normal);
         if size < best.0 {
             best = (size, k);
         }
@@ -169,9 +169,9 @@ fn polygons(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2, keep: bool) -> Meet
     }
     let by_one = of_one.0 >= of_other.0;
     let (k, m) = if by_one {
-        (of_one.1, facing(other, one.normals[of_one.1]))
+        (of_one.1, least(other.normals, one.normals[of_one.1]))
     } else {
-        (facing(one, other.normals[of_other.1]), of_other.1)
+        (least(one.normals, other.normals[of_other.1]), of_other.1)
     };
     let tangent = across(if by_one { one.normals[k] } else { other.normals[m] });
     // Places of the ends of both edges along the tangent; the two edges run against each other.
@@ -187,10 +187,9 @@ fn polygons(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2, keep: bool) -> Meet
     if low > high {
         // Corner beside corner: the deepest vertex alone.
         let touch = if by_one {
-            let v = lowest(other, one.normals[k]);
-            vertex_at_edge(both, apart, false, v, k)
+            vertex_at_edge(both, apart, false, least(other.vertices, one.normals[k]), k)
         } else {
-            vertex_at_edge(both, apart, true, lowest(one, other.normals[m]), m)
+            vertex_at_edge(both, apart, true, least(one.vertices, other.normals[m]), m)
         };
         return Meeting { gap, ..Meeting::one(touch) };
     }
@@ -198,18 +197,6 @@ fn polygons(one: &Edges<'_>, other: &Edges<'_>, apart: Vec2, keep: bool) -> Meet
     let first = if low_one.0 >= low_other.0 { at(true, low_one.1) } else { at(false, low_other.1) };
     let last = if high_one.0 <= high_other.0 { at(true, high_one.1) } else { at(false, high_other.1) };
     Meeting { gap, touches: [first, last], count: 2 }
-}
-
-/// The vertex that lies lowest along `normal`.
-fn lowest(edges: &Edges<'_>, normal: Vec2) -> usize {
-    let mut best = (f64::INFINITY, 0);
-    for (v, x) in edges.vertices.iter().enumerate() {
-        let height = dot(*x, normal);
-        if height < best.0 {
-            best = (height, v);
-        }
-    }
-    best.1
 }
 
 /// An ellipse, the first, at a polygon: at the edge that keeps it farthest off, or at that edge's end if it
@@ -242,9 +229,6 @@ fn ellipse_at_polygon(ellipse: &Form<'_>, edges: &Edges<'_>, apart: Vec2) -> Mee
     Meeting::one(Touch { feature: 0, normal, gap, arm: along(arm, outward, -0.5 * gap) })
 }
 
-/// Directions from which the search between two ellipses starts, along the surface of each.
-const STARTS: usize = 8;
-
 /// Two ellipses: σ is largest where the line between the two support points runs along n, that is where
 /// σ′ = t·(p₁ − p₂) = 0.
 fn ellipses(first: &Form<'_>, second: &Form<'_>, apart: Vec2) -> Meeting {
@@ -276,8 +260,9 @@ fn ellipses(first: &Form<'_>, second: &Form<'_>, apart: Vec2) -> Meeting {
     Meeting::one(Touch { feature: 0, normal, gap, arm: minus(middle, apart) })
 }
 
-/// Cosines and sines of eighths of a turn.
-const COMPASS: [Vec2; STARTS] = {
+/// Cosines and sines of eighths of a turn, along the surfaces of two ellipses: from there the search between
+/// them starts.
+const COMPASS: [Vec2; 8] = {
     const R: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [[1.0, 0.0], [R, R], [0.0, 1.0], [-R, R], [-1.0, 0.0], [-R, -R], [0.0, -1.0], [R, -R]]
 };

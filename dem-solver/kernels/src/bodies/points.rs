@@ -10,7 +10,8 @@ const NEAR: f64 = 0.01;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Points {
     pub(crate) now: Vec<SavedPoint>,
-    next: Vec<SavedPoint>,
+    /// Those of the evaluation under way.
+    pub(crate) next: Vec<SavedPoint>,
     /// Where the pair under way has its points.
     from: usize,
     to: usize,
@@ -60,12 +61,6 @@ impl Points {
                 .find(|point| apart2(point.feature, feature) < NEAR * NEAR)
                 .copied()
         })
-    }
-
-    /// Keeps a point that bears a force.
-    #[inline(always)]
-    pub(crate) fn keep(&mut self, point: SavedPoint) {
-        self.next.push(point);
     }
 
     /// The evaluation is over.

@@ -16,14 +16,13 @@ use std::sync::{Mutex, RwLock};
 /// Rows of a block, before and after a sub-step by turns; one row without extent follows the last.
 pub(super) type Rows = [RwLock<Vec<GrainRecord>>; 2];
 
-/// All blocks of a run.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     pub(super) rows: Vec<Rows>,
     pub(super) block: Vec<Mutex<Block>>,
     done: Vec<AtomicU32>,
     /// The first blocks, whose grains are all fixed, take no part: their rows stay, and they have no lists.
-    inactive: usize,
+    pub(super) inactive: usize,
     /// Which blocks each thread does; empty where nothing is known about their work.
     ranges: Vec<Range<usize>>,
     /// A thread is lost: the others must not wait for it.
@@ -40,7 +39,6 @@ pub(super) struct Batch {
     pub(super) done: u32,
     /// Sub-step, s.
     pub(super) dt: f64,
-    /// Sub-steps.
     pub(super) steps: u32,
     /// Which rows hold the state at its start.
     pub(super) now: usize,
@@ -74,11 +72,6 @@ impl Blocks {
     pub(super) fn new(rows: Vec<Rows>, block: Vec<Mutex<Block>>, inactive: usize) -> Self {
         let done = block.iter().map(|_| AtomicU32::new(0)).collect();
         Self { rows, block, done, inactive, ranges: Vec::new(), lost: AtomicBool::new(false) }
-    }
-
-    /// How many of the first blocks take no part.
-    pub(super) fn inactive(&self) -> usize {
-        self.inactive
     }
 
     /// Takes the first `inactive` blocks out and all others in.

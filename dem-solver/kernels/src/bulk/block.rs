@@ -17,13 +17,11 @@ use crate::vector::lanes::Lanes8;
 use bedload_over_time::{OverTime, Quantity};
 
 /// What is the same for all blocks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Common {
-    /// Walls.
     pub(super) walls: Vec<Plane>,
     /// Lengths of the periods, m; 0 where there is none.
     pub(super) length: [f64; 3],
-    /// The law of all contacts.
     pub(super) law: LinearPair,
     /// Leave the widest vectors unused (tests).
     pub(super) plain: bool,
@@ -45,7 +43,6 @@ pub(super) struct Candidates {
 /// Rows of another block that a block reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Segment {
-    /// The other block.
     pub(super) block: u32,
     /// End of its part of the halo.
     pub(super) end: u32,
@@ -80,7 +77,6 @@ pub(super) struct Block {
     pub(super) prescribed: Vec<(u16, Motion)>,
     /// Orientations (w, x, y, z); empty if not asked for.
     pub(super) orientation: Vec<[f64; 4]>,
-    /// Observations.
     pub(super) observed: Observed,
     /// Square of the largest speed after each sub-step of the present batch, m²/s².
     pub(super) speed2: Vec<f64>,
@@ -105,7 +101,6 @@ pub(super) struct StepScratch {
 }
 
 impl Block {
-    /// Number of its grains.
     pub(super) fn len(&self) -> usize {
         self.inverse_inertia.len()
     }

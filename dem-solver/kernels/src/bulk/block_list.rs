@@ -6,7 +6,7 @@
 
 use crate::bulk::block::Block;
 use crate::bulk::block_search::Scratch;
-use crate::bulk::records::{ContactPack, GrainRecord, History, SavedSpring};
+use crate::bulk::records::{ContactPack, GrainRecord, History, SIZE, SavedSpring};
 use crate::bulk::skins::{Listed, Skin};
 use crate::laws::walls::Plane;
 use crate::motion::Vec3;
@@ -71,7 +71,7 @@ impl<'a> PackWriter<'a> {
 
 impl Block {
     /// Contacts with their springs: those that bear a force, or `all` that are listed.
-    pub(super) fn history(&self, size: u32, all: bool, history: &mut History) {
+    pub(super) fn history(&self, all: bool, history: &mut History) {
         let [pairs, cross, walls] = &self.packs;
         let touching = |packs: &[ContactPack],
                         to: &mut Vec<SavedSpring>,
@@ -88,16 +88,16 @@ impl Block {
             }
         };
         touching(pairs, &mut history[0], &|pack, lane| self.first + pack.j[lane]);
-        touching(cross, &mut history[1], &|pack, lane| self.halo_number(pack.j[lane], size));
+        touching(cross, &mut history[1], &|pack, lane| self.halo_number(pack.j[lane]));
         touching(walls, &mut history[2], &|pack, _| u32::from(pack.wall));
         history[2].sort_unstable_by_key(|kept| (kept.j, kept.i));
     }
 
     /// Keeps the contacts of the lists for the next ones, before what they are named by changes.
-    pub(super) fn save_history(&mut self, size: u32) {
+    pub(super) fn save_history(&mut self) {
         if self.pending.is_none() {
             let mut history = Box::default();
-            self.history(size, false, &mut history);
+            self.history(false, &mut history);
             self.pending = Some(history);
         }
     }
@@ -111,9 +111,9 @@ impl Block {
     }
 
     /// Number in the order of the engine of row `slot` of the halo.
-    pub(super) fn halo_number(&self, slot: u32, size: u32) -> u32 {
+    pub(super) fn halo_number(&self, slot: u32) -> u32 {
         let segment = self.segments.partition_point(|segment| segment.end <= slot);
-        self.segments[segment].block * size + u32::from(self.halo[slot as usize])
+        self.segments[segment].block * SIZE as u32 + u32::from(self.halo[slot as usize])
     }
 
     /// Builds all lists of the block from the candidates: `scratch.halo` holds the rows of other
@@ -127,7 +127,7 @@ impl Block {
         let mut history = std::mem::take(&mut scratch.history);
         match self.pending.take() {
             Some(pending) => history = *pending,
-            None => self.history(reach.size, false, &mut history),
+            None => self.history(false, &mut history),
         }
         let mut halves = std::mem::take(&mut scratch.halves);
         halves.clear();
@@ -135,7 +135,7 @@ impl Block {
             halves.resize(segment.end as usize, 0.5 * reach.skins[segment.block as usize].width);
         }
         let mut packs = std::mem::take(&mut self.packs);
-        let skin = reach.skins[(self.first / reach.size) as usize].width;
+        let skin = reach.skins[self.first as usize / SIZE].width;
         let (build, [pairs, cross, walls]) = (ListBuild { block: self, reach, skin, rows }, &mut packs);
         let mut listed = Listed::default();
         build.pairs(pairs, &history[0], &mut listed);
@@ -183,7 +183,7 @@ impl ListBuild<'_> {
         for &(i, slot) in &block.candidates.cross {
             let skin = 0.5 * self.skin + halves[slot as usize];
             if self.reach.is_near(skin, &self.rows[usize::from(i)], &halo[slot as usize]) {
-                let key = (u32::from(i), block.halo_number(slot, self.reach.size));
+                let key = (u32::from(i), block.halo_number(slot));
                 listed.pairs += 1;
                 listed.touching += usize::from(writer.put((i, slot), 0, key));
             }
@@ -214,15 +214,10 @@ impl ListBuild<'_> {
 
 /// What is listed: gaps below a skin.
 pub(super) struct ListReach<'a> {
-    /// Skins of the blocks.
     pub(super) skins: &'a [Skin],
-    /// Periodic directions.
     pub(super) periods: Periods,
     /// Time, s.
     pub(super) t: f64,
-    /// Grains per block.
-    pub(super) size: u32,
-    /// Walls.
     pub(super) walls: &'a [Plane],
 }
 

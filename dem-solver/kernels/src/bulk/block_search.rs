@@ -1,9 +1,8 @@
 //! Which grains are near those of a block: found through cells, eight candidates at a time, and seldom, as
 //! lists are taken from them with a narrower skin many times.
 
-use crate::bulk::block::{Block, Candidates, Segment};
-use crate::bulk::records::GrainRecord;
-use crate::laws::walls::Plane;
+use crate::bulk::block::{Block, Candidates, Common, Segment};
+use crate::bulk::records::{GrainRecord, SIZE};
 use crate::search::cells::{Cells, IMMOBILE};
 use crate::vector::images::Images;
 use crate::vector::kernel::{Kernel, dispatch};
@@ -22,38 +21,30 @@ pub(super) struct Scratch {
 
 /// What a search goes by.
 pub(super) struct Search<'a> {
+    pub(super) common: &'a Common,
     pub(super) cells_of_grains: &'a Cells,
     /// Skin of the block: a pair is a candidate if its gap is below half the sum of the blocks' skins, m.
     pub(super) skin: f64,
     /// How many cells further grains may be.
     pub(super) cells: usize,
-    /// Lengths of the periods, m; 0 where there is none.
-    pub(super) length: [f64; 3],
     /// Time, s.
     pub(super) t: f64,
-    /// Grains per block.
-    pub(super) size: u32,
-    /// Grains.
     pub(super) grains: usize,
     /// Inactive blocks: nobody waits for them.
     pub(super) inactive: usize,
-    /// Walls.
-    pub(super) walls: &'a [Plane],
-    /// Leave the widest vectors unused.
-    pub(super) plain: bool,
 }
 
 impl Block {
     /// Finds the candidates; the contacts of the present lists become the history of the next.
     pub(super) fn search(&mut self, search: &Search<'_>, rows: &[GrainRecord], scratch: &mut Scratch) {
         // contacts are known by places in a halo that now changes
-        self.save_history(search.size);
+        self.save_history();
         let rows = &rows[..self.len()];
         let (first, candidates) = (self.first, &mut self.candidates);
-        dispatch(BlockSearch { search, first, rows, candidates, scratch }, search.plain);
+        dispatch(BlockSearch { search, first, rows, candidates, scratch }, search.common.plain);
         self.reach = self.build_halo(search, scratch);
         self.candidates.walls.clear();
-        for (w, plane) in (0u16..).zip(search.walls) {
+        for (w, plane) in (0u16..).zip(&search.common.walls) {
             let at = |row: &GrainRecord| {
                 plane.stands(search.t) && row.inverse_mass() > 0.0 && row.gap(plane, search.t) < search.skin
             };
@@ -66,6 +57,7 @@ impl Block {
     /// empty.
     fn build_halo(&mut self, search: &Search<'_>, scratch: &mut Scratch) -> usize {
         let Scratch { cross, halo, slot, .. } = scratch;
+        let size = SIZE as u32;
         slot.resize(search.grains, u32::MAX);
         halo.clear();
         for &(_, j) in &*cross {
@@ -77,11 +69,11 @@ impl Block {
         halo.sort_unstable();
         self.halo.clear();
         self.segments.clear();
-        let (here, mut reach) = (self.first / search.size, 0);
+        let (here, mut reach) = (self.first / size, 0);
         for (k, &j) in (0u32..).zip(&*halo) {
             slot[j as usize] = k;
-            let block = j / search.size;
-            self.halo.push((j - block * search.size) as u16);
+            let block = j / size;
+            self.halo.push((j - block * size) as u16);
             match self.segments.last_mut() {
                 Some(segment) if segment.block == block => segment.end = k + 1,
                 _ => {
@@ -119,7 +111,7 @@ impl Kernel for BlockSearch<'_> {
     #[inline(always)]
     fn run<L: Lanes8>(self, token: L::Token) {
         let Self { search, first, rows, candidates, scratch } = self;
-        let (n, images) = (rows.len() as u32, Images::<L>::new(token, search.length));
+        let (n, images) = (rows.len() as u32, Images::<L>::new(token, search.common.length));
         let Scratch { found, cross, .. } = scratch;
         candidates.pairs.clear();
         cross.clear();
@@ -157,7 +149,7 @@ fn neighbours_of<L: Lanes8>(
     let place = row.position();
     let [x, y, z] = place.map(|x| L::splat(token, x));
     let reach = L::splat(token, row.radius() + 0.5 * search.skin);
-    let periodic = search.length != [0.0; 3];
+    let periodic = search.common.length != [0.0; 3];
     let mut count = 0;
     for &(from, to) in search.cells_of_grains.around(&place, search.cells).runs() {
         let (mut k, to) = (from as usize, to as usize);

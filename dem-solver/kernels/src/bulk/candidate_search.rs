@@ -8,9 +8,9 @@
 use crate::bulk::block_search::Search;
 use crate::bulk::candidates::{BlockBox, CandidateStatus};
 use crate::bulk::engine::Bulk;
-use crate::bulk::records::{GrainRecord, SIZE};
+use crate::bulk::records::GrainRecord;
 use crate::bulk::sync::{lock, mutex_mut, on_threads, read, rwlock_mut};
-use crate::search::cells::CELLS;
+use crate::search::cells::{CELLS, extent};
 use std::sync::Mutex;
 
 /// Candidates reach so many times as far as the lists, so far over the mean diameter at least and at
@@ -37,7 +37,7 @@ impl Bulk {
         if !self.valid {
             self.candidates.place = vec![BlockBox::default(); count];
             self.candidates.good_to = Vec::new();
-            self.candidates.extend(self.blocks.inactive(), 0, count);
+            self.candidates.extend(self.blocks.inactive, 0, count);
         }
         self.measure();
         self.note_stale();
@@ -51,19 +51,13 @@ impl Bulk {
     /// Boxes about the blocks, and how far grains have moved since the blocks searched.
     fn measure(&mut self) {
         let periods = self.periods;
-        let from = if self.valid { self.blocks.inactive() } else { 0 };
+        let from = if self.valid { self.blocks.inactive } else { 0 };
         for b in from..self.blocks.block.len() {
             let rows: &[GrainRecord] = rwlock_mut(&mut self.blocks.rows[b][self.now]);
             let block = mutex_mut(&mut self.blocks.block[b]);
             let rows = &rows[..block.len()];
             let place = &mut self.candidates.place[b];
-            (place.low, place.high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-            for row in rows {
-                for axis in 0..3 {
-                    place.low[axis] = place.low[axis].min(row.a[axis]);
-                    place.high[axis] = place.high[axis].max(row.a[axis]);
-                }
-            }
+            (place.low, place.high) = extent(rows.iter().map(GrainRecord::position));
             let mut most2 = 0.0f64;
             if self.valid {
                 for (row, origin) in rows.iter().zip(&block.origin) {
@@ -78,7 +72,7 @@ impl Bulk {
 
     /// Finds the blocks whose search is too old for the skins of the lists.
     fn note_stale(&mut self) {
-        let (inactive, count, length) = (self.blocks.inactive(), self.blocks.block.len(), self.common.length);
+        let (inactive, count, length) = (self.blocks.inactive, self.blocks.block.len(), self.common.length);
         let (place, skins) = (&self.candidates.place, &self.lists.skins);
         let far = |b: usize, c: usize| 0.5 * RESERVE * (skins[b].width + skins[c].width);
         // paths are sums of many numbers
@@ -106,12 +100,12 @@ impl Bulk {
             let most = (CANDIDATE_SKIN.0 * skin.width).clamp(CANDIDATE_SKIN.1 * d, CANDIDATE_SKIN.2 * d);
             place.skin = most.max(CANDIDATE_SKIN.3 * RESERVE * skin.width);
         }
-        self.candidates.place[..self.blocks.inactive()].iter_mut().for_each(|place| place.skin = 0.0);
+        self.candidates.place[..self.blocks.inactive].iter_mut().for_each(|place| place.skin = 0.0);
     }
 
     /// Searches from now on count from here.
     fn note_search(&mut self) {
-        let (inactive, count) = (self.blocks.inactive(), self.blocks.block.len());
+        let (inactive, count) = (self.blocks.inactive, self.blocks.block.len());
         let Self { blocks, candidates, now, wall_path, .. } = self;
         let CandidateStatus { place, good_to, stale } = candidates;
         for b in (inactive..count).filter(|&b| stale[b]) {
@@ -133,7 +127,7 @@ impl Bulk {
 
     /// Finds the candidates for the stale blocks.
     fn search(&mut self, t: f64) {
-        let (now, inactive, count) = (self.now, self.blocks.inactive(), self.blocks.block.len());
+        let (now, inactive, count) = (self.now, self.blocks.inactive, self.blocks.block.len());
         let place = &self.candidates.place;
         // as far as a block looks: up to blocks that are so near that they could have a pair
         let reach: Vec<f64> = (0..count)
@@ -148,13 +142,11 @@ impl Bulk {
         let cell = (2.0 * self.largest + mean).max(most / CELLS as f64);
         let guards: Vec<_> = self.blocks.rows.iter().map(|rows| read(&rows[now])).collect();
         let rows = guards.iter().map(|rows| rows.split_last().map_or(&[][..], |(_, rows)| rows));
-        let rows = rows.zip(place.iter().map(|place| 0.5 * place.skin));
         // radii with half the skins
-        let grains = rows.flat_map(|(rows, half)| {
-            let of = move |row: &GrainRecord| {
-                ([row.a[0], row.a[1], row.a[2], row.a[3] + half], row.inverse_mass() > 0.0)
-            };
-            rows.iter().map(of)
+        let grains = rows.zip(place).flat_map(|(rows, BlockBox { skin, .. })| {
+            let radius = move |row: &GrainRecord| row.a[3] + 0.5 * skin;
+            rows.iter()
+                .map(move |row| ([row.a[0], row.a[1], row.a[2], radius(row)], row.inverse_mass() > 0.0))
         });
         self.cells.sort(grains, self.n, cell, &self.periods);
         drop(guards);
@@ -165,16 +157,13 @@ impl Bulk {
                 let mut block = lock(&blocks.block[b]);
                 if stale[b] {
                     let search = Search {
+                        common: &self.common,
                         cells_of_grains: &self.cells,
                         skin: place[b].skin,
                         cells: if reach[b] <= cell { 1 } else { CELLS },
-                        length: self.common.length,
                         t,
-                        size: SIZE as u32,
                         grains: self.n,
                         inactive,
-                        walls: &self.common.walls,
-                        plain: self.settings.plain,
                     };
                     block.search(&search, &read(&blocks.rows[b][now]), &mut scratch.search);
                 }

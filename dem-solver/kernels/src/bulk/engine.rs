@@ -13,14 +13,12 @@ use crate::periods::Periods;
 use crate::search::cells::Cells;
 use crate::spec::{BulkSettings, DemSpec};
 
-/// The engine.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Bulk {
     pub(super) settings: BulkSettings,
     pub(super) common: Common,
     pub(super) periods: Periods,
     pub(super) n: usize,
-    /// Grains that move.
     pub(super) moving: usize,
     pub(super) diameter: f64,
     pub(super) largest: f64,
@@ -62,17 +60,15 @@ impl Bulk {
         let PairLaw::Linear(law) = spec.contact.pair() else { return None };
         let walls: Vec<Plane> = spec.walls.iter().map(Plane::from).collect();
         let periods = Periods::new(spec.periods);
-        let length = std::array::from_fn(|axis| periods.of(axis).1);
         let settings = spec.bulk;
         let threads = useful_threads(settings.threads, moving);
         let radii: Vec<f64> = spec.grains.iter().map(|grain| grain.radius).collect();
-        let wall_speeds = walls.iter().map(Plane::approach);
-        let wall_speed = wall_speeds.fold(0.0, f64::max);
+        let wall_speed = walls.iter().map(Plane::approach).fold(0.0, f64::max);
         Some(Self {
             settings,
             common: Common {
                 walls,
-                length,
+                length: periods.length,
                 law,
                 plain: settings.plain,
                 gravity: Some(&spec.gravity).filter(|gravity| gravity.varies()).cloned(),
@@ -83,32 +79,16 @@ impl Bulk {
             diameter: mean_diameter(&radii),
             largest: spec.largest_radius(),
             wall_speed,
-            order: Vec::new(),
-            order_travel: 0.0,
-            blocks: Blocks::default(),
-            observed: false,
-            now: 0,
-            cells: Cells::default(),
             step_scratch: vec![StepScratch::default(); threads],
             list_scratch: vec![ListScratch::default(); threads],
-            candidates: CandidateStatus::default(),
-            lists: Lists::default(),
-            valid: false,
-            listed: false,
-            speed: 0.0,
-            wall_path: 0.0,
-            reach: 0,
-            loaded: false,
-            builds: 0,
+            ..Self::default()
         })
     }
 
-    /// Threads at work.
     pub(crate) fn threads(&self) -> usize {
         self.step_scratch.len()
     }
 
-    /// Takes another number of threads.
     pub(crate) fn set_threads(&mut self, threads: usize) {
         self.settings.threads = threads;
         let threads = useful_threads(threads, self.moving);

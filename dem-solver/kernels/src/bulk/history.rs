@@ -10,12 +10,12 @@ impl Bulk {
     pub(crate) fn contacts(&self) -> (Vec<SavedContact>, Vec<SavedContact>) {
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         let mut history = History::default();
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         for block in self.blocks.block.iter().skip(inactive) {
             let block = lock(block);
             match &block.pending {
                 Some(pending) => history.clone_from(pending),
-                None => block.history(SIZE as u32, false, &mut history),
+                None => block.history(false, &mut history),
             }
             let [inner, cross, at_walls] = &history;
             let number = |place: u32| self.order[place as usize];
@@ -48,15 +48,13 @@ impl Bulk {
         let mut histories = vec![Box::<History>::default(); self.blocks.block.len()];
         for contact in contacts {
             let (i, j) = (place[contact.first as usize], place[contact.second as usize]);
-            let turned = contact.spring.map(|s| -s);
-            let (low, high, up, down) =
-                if i < j { (i, j, contact.spring, turned) } else { (j, i, turned, contact.spring) };
-            let (a, b) = ((low / size) as usize, (high / size) as usize);
-            if a == b {
-                histories[a][0].push(SavedSpring { i: low % size, j: high, spring: up });
-            } else {
-                histories[a][1].push(SavedSpring { i: low % size, j: high, spring: up });
-                histories[b][1].push(SavedSpring { i: high % size, j: low, spring: down });
+            let within = i / size == j / size;
+            // within a block the first of the two has the contact, else each in its own block
+            for (i, j, spring) in [(i, j, contact.spring), (j, i, contact.spring.map(|s| -s))] {
+                if i < j || !within {
+                    let list = &mut histories[(i / size) as usize][usize::from(!within)];
+                    list.push(SavedSpring { i: i % size, j, spring });
+                }
             }
         }
         for contact in wall_contacts {

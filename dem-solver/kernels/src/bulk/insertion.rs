@@ -30,7 +30,7 @@ impl Bulk {
         self.order.extend(from as u32..n as u32);
         self.extend_blocks(grains, whole);
         if self.valid {
-            self.candidates.extend(self.blocks.inactive(), whole, self.blocks.block.len());
+            self.candidates.extend(self.blocks.inactive, whole, self.blocks.block.len());
         }
         self.loaded = true; // what acts on the grains must be set
         self.listed = false;
@@ -39,7 +39,7 @@ impl Bulk {
 
     /// Fills the last block and appends others: all from block `whole` on are other than they were.
     fn extend_blocks(&mut self, grains: &Grains, whole: usize) {
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         let Blocks { mut rows, block: mut blocks, .. } = std::mem::take(&mut self.blocks);
         for (b, numbers) in self.order.chunks(SIZE).enumerate().skip(whole) {
             if b == blocks.len() {
@@ -47,7 +47,7 @@ impl Bulk {
                 rows.push([vec![GrainRecord::NONE].into(), vec![GrainRecord::NONE].into()]);
             }
             let block = mutex_mut(&mut blocks[b]);
-            block.save_history(SIZE as u32);
+            block.save_history();
             for (k, &i) in numbers.iter().enumerate().skip(block.len()) {
                 for rows in &mut rows[b] {
                     let (rows, r) = (rwlock_mut(rows), grains.radius[i as usize]);

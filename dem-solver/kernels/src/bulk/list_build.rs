@@ -2,7 +2,6 @@
 
 use crate::bulk::block_list::ListReach;
 use crate::bulk::engine::Bulk;
-use crate::bulk::records::SIZE;
 use crate::bulk::skins::{Listed, Lists, Skin};
 use crate::bulk::sync::{lock, mutex_mut, on_threads, read};
 use std::sync::Mutex;
@@ -29,15 +28,14 @@ const ROOM: f64 = 1.25;
 impl Bulk {
     /// Whether all pairs in contact now are in the lists.
     pub(super) fn lists_are_good(&self) -> bool {
-        self.valid
-            && self.listed
-            && self.lists.skins[self.blocks.inactive()..].iter().all(Skin::is_wide_enough)
+        let wide_enough = |skin: &Skin| 2.0 * skin.travel <= skin.width;
+        self.valid && self.listed && self.lists.skins[self.blocks.inactive..].iter().all(wide_enough)
     }
 
     /// One sub-step `s` of a batch was good.
     pub(super) fn moved(&mut self, s: u32, dt: f64) {
         let (keep, wall_speed, inactive) =
-            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.inactive());
+            (1.0 - 1.0 / self.lists.life.max(2.0), self.wall_speed, self.blocks.inactive);
         for (block, skin) in self.blocks.active_mut().iter_mut().zip(&mut self.lists.skins[inactive..]) {
             skin.speed = mutex_mut(block).speed2[s as usize].sqrt();
             skin.recent_speed = (keep * skin.recent_speed).max(skin.speed);
@@ -58,7 +56,7 @@ impl Bulk {
 
     /// Sub-steps until the first block is likely to outrun the lists.
     fn fit(&self, dt: f64) -> u32 {
-        let steps = self.lists.skins[self.blocks.inactive()..].iter().map(|skin| {
+        let steps = self.lists.skins[self.blocks.inactive..].iter().map(|skin| {
             let step = ROOM * dt * skin.speed.max(self.wall_speed);
             if step > 0.0 { (0.5 * skin.width - skin.travel) / step } else { f64::INFINITY }
         });
@@ -74,7 +72,7 @@ impl Bulk {
         }
         let life = self.best_life();
         let (mut sum, mut best) = (0.0, 0.0);
-        for b in self.blocks.inactive()..self.blocks.block.len() {
+        for b in self.blocks.inactive..self.blocks.block.len() {
             let width = self.lists.skins[b].width;
             sum += width;
             best += self.best_width(b, life, dt).min(width);
@@ -99,7 +97,7 @@ impl Bulk {
             return life;
         }
         // what share of its skin the fastest block has used up in a sub-step
-        let skins = &self.lists.skins[self.blocks.inactive()..];
+        let skins = &self.lists.skins[self.blocks.inactive..];
         let used = skins.iter().map(|skin| 2.0 * skin.travel / skin.width).fold(0.0, f64::max);
         let used = used / f64::from(since);
         let best = (BUILD_OVER_PAIR / (self.spare() * used)).sqrt();
@@ -126,13 +124,13 @@ impl Bulk {
         let life = self.best_life();
         let least =
             if self.lists.life == 0.0 && self.settings.skin.is_none() { FIRST * self.diameter } else { 0.0 };
-        for b in self.blocks.inactive()..self.blocks.block.len() {
+        for b in self.blocks.inactive..self.blocks.block.len() {
             self.lists.skins[b].width = self.best_width(b, life, dt).max(least);
         }
         for skin in &mut self.lists.skins {
             skin.travel = 0.0;
         }
-        self.lists.skins[..self.blocks.inactive()].fill(Skin::default());
+        self.lists.skins[..self.blocks.inactive].fill(Skin::default());
         (self.lists.life, self.lists.since) = (life, 0);
     }
 
@@ -147,13 +145,8 @@ impl Bulk {
 
     /// Takes the lists from the candidates.
     fn take_lists(&mut self, t: f64) {
-        let reach = ListReach {
-            skins: &self.lists.skins,
-            periods: self.periods,
-            t,
-            size: SIZE as u32,
-            walls: &self.common.walls,
-        };
+        let reach =
+            ListReach { skins: &self.lists.skins, periods: self.periods, t, walls: &self.common.walls };
         let (blocks, now) = (&self.blocks, self.now);
         let threads = self.list_scratch.len();
         let found = Mutex::new(Listed::default());

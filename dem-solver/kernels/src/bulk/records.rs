@@ -79,7 +79,6 @@ pub(super) struct ContactPack {
 }
 
 impl ContactPack {
-    /// Eight empty lanes.
     pub(super) fn empty(i: u16, j: u32, wall: u16) -> Self {
         Self { spring: [[0.0; 8]; 3], i: [i; 8], j: [j; 8], touching: 0, wall }
     }
@@ -89,7 +88,6 @@ impl ContactPack {
         (0..8).map(|k| u8::from((self.i[k] as usize) < n) << k).sum()
     }
 
-    /// Spring of one lane.
     pub(super) fn spring(&self, lane: usize) -> [f64; 3] {
         [self.spring[0][lane], self.spring[1][lane], self.spring[2][lane]]
     }

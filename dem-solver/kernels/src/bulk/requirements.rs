@@ -19,29 +19,21 @@ pub fn takes(spec: &DemSpec) -> bool {
 
 /// What keeps the engine from a checked spec; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<String> {
-    if spec.grains.is_empty() {
-        return Some("there are no grains".to_owned());
-    }
     if let Some(i) = spec.grains.iter().position(|grain| grain.outline.is_some()) {
         return Some(format!("grain {i} is not round"));
     }
-    if spec.integrator != Integrator::SymplecticEuler {
-        return Some("the integrator is not symplectic-euler".to_owned());
-    }
-    if spec.lubrication.settings().is_some() {
-        return Some("there is a lubrication film".to_owned());
-    }
-    if spec.energy {
-        return Some("an account of energy is asked for".to_owned());
-    }
-    if spec.split {
-        return Some("forces are asked for in each sub-step (observe.substeps)".to_owned());
-    }
-    if spec.contact.rolling().is_some() {
-        return Some("there is a resistance to rolling".to_owned());
-    }
-    if !matches!(spec.contact.pair(), PairLaw::Linear(_)) {
-        return Some("the contact law is not linear-spring-dashpot with a contact time".to_owned());
+    let linear = matches!(spec.contact.pair(), PairLaw::Linear(_));
+    let reasons = [
+        (spec.grains.is_empty(), "there are no grains"),
+        (spec.integrator != Integrator::SymplecticEuler, "the integrator is not symplectic-euler"),
+        (spec.lubrication.settings().is_some(), "there is a lubrication film"),
+        (spec.energy, "an account of energy is asked for"),
+        (spec.split, "forces are asked for in each sub-step (observe.substeps)"),
+        (spec.contact.rolling().is_some(), "there is a resistance to rolling"),
+        (!linear, "the contact law is not linear-spring-dashpot with a contact time"),
+    ];
+    if let Some((_, reason)) = reasons.into_iter().find(|(holds, _)| *holds) {
+        return Some(reason.to_owned());
     }
     if spec.walls.len() > usize::from(u16::MAX) {
         return Some(format!("there are {} walls", spec.walls.len()));

@@ -18,13 +18,6 @@ pub(super) struct Skin {
     pub(super) recent_speed: f64,
 }
 
-impl Skin {
-    /// Whether all pairs in contact are listed, if the same is true of all other blocks.
-    pub(super) fn is_wide_enough(&self) -> bool {
-        2.0 * self.travel <= self.width
-    }
-}
-
 /// What a build of the lists found.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Listed {
@@ -35,7 +28,6 @@ pub(super) struct Listed {
 }
 
 impl Listed {
-    /// Adds another block's.
     pub(super) fn add(&mut self, other: &Self) {
         self.pairs += other.pairs;
         self.touching += other.touching;

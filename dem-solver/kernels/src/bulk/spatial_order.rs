@@ -5,29 +5,17 @@
 //! in a column of ten diameters it reads only the blocks before and behind it.
 
 use crate::motion::Vec3;
-use crate::search::cells::by_length;
+use crate::search::cells::{by_length, extent};
 
 /// Cells across a pencil.
 const PENCIL: f64 = 10.0;
 
-/// Cells of `width` over the box of all centres: lower corner, and number per axis.
-fn extent(position: &[Vec3], width: f64) -> ([f64; 3], [f64; 3]) {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for x in position {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(x[axis]);
-            high[axis] = high[axis].max(x[axis]);
-        }
-    }
-    // 2¹⁴ per axis: finer cells than that order nothing, and the key stays in 64 bits
-    let count =
-        std::array::from_fn(|axis| ((high[axis] - low[axis]) / width).floor().clamp(0.0, 16383.0) + 1.0);
-    (low, count)
-}
-
-/// Numbers of the grains in the order of the engine. A function of the positions alone.
+/// Numbers of the grains in the order of the engine, by cells of `width`. A function of the positions alone.
 pub(super) fn order(position: &[Vec3], width: f64) -> Vec<u32> {
-    let (low, count) = extent(position, width);
+    let (low, high) = extent(position.iter().map(|x| (*x).into()));
+    // 2¹⁴ per axis: finer cells than that order nothing, and the key stays in 64 bits
+    let count: [f64; 3] =
+        std::array::from_fn(|axis| ((high[axis] - low[axis]) / width).floor().clamp(0.0, 16383.0) + 1.0);
     let [across, along, longest] = by_length(count);
     let pencils = |axis: usize| (count[axis] / PENCIL).round().max(1.0);
     let shares = [pencils(across) / count[across], pencils(along) / count[along]];

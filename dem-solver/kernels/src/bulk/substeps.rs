@@ -67,7 +67,7 @@ impl Bulk {
     }
 
     fn roll_back(&mut self) {
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         let active = self.blocks.block.iter_mut().zip(&mut self.blocks.rows).skip(inactive);
         for (block, rows) in active {
             let rows: &mut Vec<_> = rwlock_mut(&mut rows[self.now]);

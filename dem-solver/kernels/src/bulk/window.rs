@@ -26,7 +26,6 @@ const STALE: f64 = 1.0;
 pub(crate) struct Wanted {
     /// Forces, gaps and speeds per grain.
     pub(crate) observations: bool,
-    /// Orientations.
     pub(crate) orientation: bool,
 }
 
@@ -40,17 +39,16 @@ impl Bulk {
         gravity: &Vec3,
         wanted: Wanted,
     ) {
-        let stale = self.order_travel > STALE * self.diameter;
-        if self.order.is_empty() || stale {
+        let stale = self.order.is_empty() || self.order_travel > STALE * self.diameter;
+        if stale || self.observed != wanted.observations {
             let (pairs, walls) = self.contacts();
             self.observed = wanted.observations;
-            self.arrange(grains, self.new_order(grains), 0.0);
-            self.take(&pairs, &walls);
-            self.loaded = true; // what acts on the grains must be set
-        } else if self.observed != wanted.observations {
-            let (pairs, walls) = self.contacts();
-            self.observed = wanted.observations;
-            self.deactivate(grains);
+            if stale {
+                self.arrange(grains, self.new_order(grains), 0.0);
+                self.loaded = true; // what acts on the grains must be set
+            } else {
+                self.deactivate(grains);
+            }
             self.take(&pairs, &walls);
         }
         if let Some(response) = response {
@@ -62,7 +60,7 @@ impl Bulk {
         }
         let (mut fastest, mut moved) = (0.0f64, false);
         self.lists.skins.resize(self.blocks.block.len(), Skin::default());
-        let inactive = self.blocks.inactive();
+        let inactive = self.blocks.inactive;
         for (b, (block, rows)) in self.blocks.block.iter_mut().zip(&mut self.blocks.rows).enumerate() {
             let [now, other] = rows;
             let (block, [now, other]) =
@@ -142,7 +140,7 @@ impl Bulk {
                 observed.mean_contact[i] = Vec3::new(force[0], force[1], force[2]);
                 (observed.impact_speed[i], observed.rebound_speed[i]) = (speeds[0], speeds[1]);
             }
-            block.history(SIZE as u32, true, &mut listed);
+            block.history(true, &mut listed);
             let near: Vec<(u32, u32)> =
                 listed[0].iter().chain(&listed[1]).map(|pair| (pair.i, pair.j)).collect();
             for (i, j) in near {

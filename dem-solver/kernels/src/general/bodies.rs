@@ -42,7 +42,8 @@ enum Met<'a> {
 /// Bodies that are not round, and their points of contact.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyContacts {
-    placed: Placed,
+    /// As they stood when they were placed last, for [`Self::distance`] and [`Self::gap_to_wall`].
+    pub(crate) placed: Placed,
     pub(crate) pairs: Points,
     pub(crate) walls: Points,
 }
@@ -74,14 +75,7 @@ impl BodyContacts {
                 }
             }
             Met::Point(Acting { place, force, rate, bears }) => {
-                if bears.0 != bears.1 {
-                    let speeds =
-                        if bears.1 { &mut observed.impact_speed } else { &mut observed.rebound_speed };
-                    let speed = if bears.1 { -rate } else { *rate }.max(0.0);
-                    for grain in [Some(place.first), place.second].into_iter().flatten() {
-                        speeds[grain] = speed;
-                    }
-                }
+                observed.note_event(*bears, *rate, place.first, place.second);
                 let push = Vec3::new(force[0], 0.0, force[1]);
                 forces.contact[place.first] += push;
                 forces.torque[place.first].y += turning(place.arms.0, *force);
@@ -190,11 +184,6 @@ impl BodyContacts {
         walls.finish();
     }
 
-    /// Takes the present orientations, for [`Self::distance`] and [`Self::gap_to_wall`].
-    pub(crate) fn place(&mut self, grains: &Grains) {
-        self.placed.place(grains);
-    }
-
     /// Distance of the surfaces of two grains, negative where they overlap, m.
     pub(crate) fn distance(&self, grains: &Grains, periods: &Periods, i: usize, j: usize) -> f64 {
         let apart = periods.nearest(grains.position[i] - grains.position[j]);
@@ -270,6 +259,6 @@ fn act(
     let bears = (old.is_some(), force != [0.0; 2]);
     met(Met::Point(&Acting { place, force, rate, bears }));
     if bears.1 {
-        points.keep(SavedPoint { first: place.first as u32, second, feature, spring, mass });
+        points.next.push(SavedPoint { first: place.first as u32, second, feature, spring, mass });
     }
 }

@@ -66,7 +66,6 @@ impl Partners {
     }
 }
 
-/// Partners near each other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     pub(crate) partners: Partners,
@@ -118,7 +117,6 @@ impl Near {
     }
 }
 
-/// One contact in its frame.
 pub(crate) struct Frame {
     pub(crate) near: Near,
     /// m*, kg.

@@ -25,23 +25,18 @@ use crate::spec::{DemSpec, Integrator};
 
 /// What keeps a checked spec from having an account; none if nothing does.
 pub(crate) fn prevents(spec: &DemSpec) -> Option<&'static str> {
-    if spec.contact.linear().is_none_or(|law| law.rolling.is_some()) {
-        return Some(
-            "an account of energy knows linear-spring-dashpot without rolling only; leave observe.energy out",
-        );
-    }
-    if spec.has_bodies() {
-        return Some("an account of energy knows discs and spheres only; leave observe.energy out");
-    }
-    if spec.integrator == Integrator::Rk3 {
-        return Some(
-            "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out",
-        );
-    }
-    if spec.lubrication.settings().is_some() {
-        return Some("an account of energy knows no lubrication; leave observe.energy out");
-    }
-    None
+    let reason = if spec.contact.linear().is_none_or(|law| law.rolling.is_some()) {
+        "an account of energy knows linear-spring-dashpot without rolling only; leave observe.energy out"
+    } else if spec.has_bodies() {
+        "an account of energy knows discs and spheres only; leave observe.energy out"
+    } else if spec.integrator == Integrator::Rk3 {
+        "an account of energy needs symplectic-euler or velocity-verlet; leave observe.energy out"
+    } else if spec.lubrication.settings().is_some() {
+        "an account of energy knows no lubrication; leave observe.energy out"
+    } else {
+        return None;
+    };
+    Some(reason)
 }
 
 /// The dashpots of one contact at one evaluation.
@@ -54,28 +49,14 @@ struct Dashpots {
     along: f64,
     /// Force on it in the contact plane, N.
     across: Vec3,
-    /// Whether the contact slides.
     slides: bool,
 }
 
-/// The account of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Account {
     pub(crate) lost: Dissipated,
     dashpots: Vec<Dashpots>,
     before: (Vec<Vec3>, Vec<Vec3>),
-}
-
-/// A contact as the account sees it: frame, springs before and after the evaluation.
-pub(crate) struct Entry<'a> {
-    pub(crate) frame: &'a Frame,
-    pub(crate) law: &'a LinearPair,
-    /// δ_t before, turned into the present plane, slip and growth of the gap in the step, m.
-    pub(crate) path: (Vec3, Vec3, f64),
-    /// δ_t after, m.
-    pub(crate) spring: Vec3,
-    /// Force on the first partner, and its tangential part, N.
-    pub(crate) force: (Vec3, Vec3),
 }
 
 impl Account {
@@ -84,10 +65,16 @@ impl Account {
         self.dashpots.clear();
     }
 
-    /// Takes a contact that was evaluated.
-    pub(crate) fn enter(&mut self, entry: &Entry<'_>) {
-        let Entry { frame, law, .. } = entry;
-        let ((carried, slip, opened), (force, tangential)) = (entry.path, entry.force);
+    /// Takes a contact that was evaluated: δ_t before, turned into the present plane, slip and growth of the
+    /// gap in the step, m; δ_t after, m; the force on the first partner, and its tangential part, N.
+    pub(crate) fn enter(
+        &mut self,
+        frame: &Frame,
+        law: &LinearPair,
+        (carried, slip, opened): (Vec3, Vec3, f64),
+        spring: Vec3,
+        (force, tangential): (Vec3, Vec3),
+    ) {
         let (normal, gap) = (frame.near.normal, frame.near.gap);
         let (k_n, k_t) = (frame.mass * law.stiffness, frame.mass * law.tangential_stiffness);
         if force == Vec3::zeros() {
@@ -97,15 +84,15 @@ impl Account {
             }
             return;
         }
-        let cut = carried + slip - entry.spring;
-        self.lost.sliding += 0.5 * k_t * (carried + entry.spring).dot(&cut);
+        let cut = carried + slip - spring;
+        self.lost.sliding += 0.5 * k_t * (carried + spring).dot(&cut);
         self.dashpots.push(Dashpots {
             partners: frame.near.partners,
             normal,
             arms: frame.arms,
             along: (force - tangential).dot(&normal) + k_n * gap,
-            across: tangential + entry.spring * k_t,
-            slides: cut.norm_squared() > 1e-24 * entry.spring.norm_squared(),
+            across: tangential + spring * k_t,
+            slides: cut.norm_squared() > 1e-24 * spring.norm_squared(),
         });
     }
 

@@ -28,7 +28,6 @@ use crate::surroundings::Surroundings;
 /// Up to this number of grains the gaps at the end of a window are exact at any distance.
 pub(crate) const EXACT_GAPS: usize = 64;
 
-/// The engine.
 #[derive(Clone, Debug)]
 pub(crate) struct General {
     pub(crate) evaluation: Evaluation,
@@ -61,11 +60,12 @@ impl General {
         self.start.0.copy_from_slice(&window.grains.velocity);
         self.start.1.copy_from_slice(&window.grains.spin);
         if let Some(drag) = &mut self.window_drag {
-            drag.begin(if window.loaded { dt * f64::from(n_sub) } else { 0.0 });
+            drag.window = if window.loaded { dt * f64::from(n_sub) } else { 0.0 };
         }
         window.observed.begin(window.around.walls.len());
         window.observed.split.begin(&window.grains.velocity);
-        self.evaluation.begin();
+        self.evaluation.lubrication.forget();
+        self.evaluation.forces.overlap = 0.0;
         let speed = Speed::of(window.grains);
         // the first evaluation comes before the first kick: the lists must be good here
         self.evaluation.refresh(&speed, window.grains, window.around, time, 0.0);
@@ -160,7 +160,7 @@ impl General {
     /// A_prev and means of the window.
     pub(crate) fn finish(&mut self, window: &mut Window<'_>, dt_window: f64, n_sub: u32) {
         let Window { grains, observed, .. } = window;
-        self.evaluation.finish(observed);
+        self.evaluation.lanes.finish(observed);
         let each = 1.0 / f64::from(n_sub);
         for i in 0..grains.len() {
             grains.acceleration[i] = (grains.velocity[i] - self.start.0[i]) / dt_window;
@@ -177,7 +177,7 @@ impl General {
     pub(crate) fn observe_gaps(&mut self, window: &mut Window<'_>) {
         let Window { grains, around, observed, .. } = window;
         if let Some(bodies) = &mut self.evaluation.bodies {
-            bodies.place(grains);
+            bodies.placed.place(grains);
         }
         let bodies = self.evaluation.bodies.as_deref();
         let range = if grains.len() <= EXACT_GAPS { f64::INFINITY } else { around.range };

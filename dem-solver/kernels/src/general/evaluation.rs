@@ -50,8 +50,8 @@ pub(crate) struct Evaluation {
     pub(crate) account: Option<Box<Account>>,
     /// Films, and the most sweeps over them in a sub-step.
     model: Option<(LubricationModel, u32)>,
-    lubrication: LubricationSolver,
-    lanes: PairLanes,
+    pub(super) lubrication: LubricationSolver,
+    pub(super) lanes: PairLanes,
     /// Grains whose velocity is a function of time or goes with a wall that has a servo.
     pub(super) prescribed: Vec<Led>,
     wall_speed: f64,
@@ -79,17 +79,6 @@ impl Evaluation {
             wall_speed: speed.fold(0.0, f64::max),
             stands: Vec::with_capacity(around.walls.len()),
         }
-    }
-
-    /// A window begins: no impulse of the last one is known.
-    pub(super) fn begin(&mut self) {
-        self.lubrication.forget();
-        self.forces.overlap = 0.0;
-    }
-
-    /// A window ends: what was collected by pairs goes to the observations.
-    pub(super) fn finish(&mut self, observed: &mut Observations) {
-        self.lanes.finish(observed);
     }
 
     /// Forces at the present state; springs take `dt` of the present slip.
@@ -172,7 +161,7 @@ impl Evaluation {
             for (mean, force) in observed.mean_lubrication.iter_mut().zip(&*force) {
                 *mean += *force;
             }
-            for (mean, force) in observed.wall_lubrication.iter_mut().zip(self.lubrication.on_walls()) {
+            for (mean, force) in observed.wall_lubrication.iter_mut().zip(&self.lubrication.on_walls) {
                 *mean += *force;
             }
             observed.split.add_lubrication(force);

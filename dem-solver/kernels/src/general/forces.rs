@@ -1,7 +1,7 @@
 //! Contact forces and torques on all grains (Izard et al. 2014, eqs 11–16): the loops over pairs and walls.
 
 use crate::general::contact::{Frame, Kinematics, Near, Partners, SpringStep, path_of, resolve, roll_torque};
-use crate::general::energy::{Account, Entry};
+use crate::general::energy::Account;
 use crate::general::pair_lanes::{PairLanes, PairPass};
 use crate::general::sums::Forces;
 use crate::grains::{Grains, Response};
@@ -47,7 +47,7 @@ pub(crate) fn contact_forces(
         && kinematics.spring == SpringStep::Before
         && lanes.load(grains, response, kinematics)
     {
-        let plain = lanes.is_plain();
+        let plain = lanes.plain;
         dispatch(PairPass { around, law, kinematics, lanes, list: pairs, forces, observed }, plain);
     } else {
         pair_forces(scene, pairs, forces, observed, account.as_deref_mut());
@@ -146,7 +146,8 @@ fn touch(
         let rate = partners.relative(kinematics.velocity, kinematics.spin).velocity.dot(&normal);
         let force = normal * size;
         push(&mut forces.contact, &partners, &force);
-        note_event(&mut list.touching[k], size > 0.0, rate, observed, &partners);
+        let before = std::mem::replace(&mut list.touching[k], size > 0.0);
+        observed.note_event((before, size > 0.0), rate, i, second);
         return force;
     }
     let mass = response.effective_mass(grains, i, second);
@@ -157,11 +158,11 @@ fn touch(
     let (force, tangential, rate) = resolve(&law, &frame, kinematics, &mut list.spring[k]);
     if let Some(account) = account {
         let path = path_of(&frame, kinematics, old);
-        let (frame, spring) = (&frame, list.spring[k]);
-        account.enter(&Entry { frame, law: &law, path, spring, force: (force, tangential) });
+        account.enter(&frame, &law, path, list.spring[k], (force, tangential));
     }
     let bears = force != Vec3::zeros();
-    note_event(&mut list.touching[k], bears, rate, observed, &partners);
+    observed.note_event((list.touching[k], bears), rate, i, second);
+    list.touching[k] = bears;
     push(&mut forces.contact, &partners, &force);
     let moment = tangential.cross(&normal);
     forces.torque[i] += moment * arms.0;
@@ -205,18 +206,4 @@ fn rolling_inertia(grains: &Grains, response: &Response, i: usize, j: Option<usi
 fn note_gap(observed: &mut Observations, forces: &mut Forces, i: usize, gap: f64) {
     observed.smallest_gap[i] = observed.smallest_gap[i].min(gap);
     forces.overlap = forces.overlap.max(-gap);
-}
-
-/// Records the beginning and the end of a contact, with the normal speed at that moment.
-#[inline(always)]
-fn note_event(touching: &mut bool, bears: bool, rate: f64, observed: &mut Observations, partners: &Partners) {
-    if *touching != bears {
-        *touching = bears;
-        let speeds = if bears { &mut observed.impact_speed } else { &mut observed.rebound_speed };
-        let speed = if bears { -rate } else { rate };
-        speeds[partners.first] = speed.max(0.0);
-        if let Some(j) = partners.second {
-            speeds[j] = speed.max(0.0);
-        }
-    }
 }

@@ -5,7 +5,7 @@
 //! the same.
 
 use crate::general::contact::Kinematics;
-use crate::general::pair_law::{Contacts, Law, Relative, cross};
+use crate::general::pair_law::{Contacts, Law, Relative, cross, dot};
 use crate::general::sums::Forces;
 use crate::grains::{Grains, Response};
 use crate::laws::coefficients::LinearPair;
@@ -35,7 +35,7 @@ pub(crate) struct PairLanes {
     acting: Vec<u32>,
     gap: Vec<f64>,
     /// Leave the widest vectors unused (tests).
-    plain: bool,
+    pub(crate) plain: bool,
 }
 
 /// Eight pairs of the list.
@@ -113,11 +113,8 @@ impl PairLanes {
         self.place.extend(grains.position.iter().zip(&grains.radius).map(|(x, r)| row(x, *r)));
         // one more for lanes without a pair
         self.place.push([0.0; 4]);
-        let now = (kinematics.velocity, kinematics.spin);
-        for (k, (velocity, spin)) in [now, kinematics.path.unwrap_or(now)].into_iter().enumerate() {
-            if k == 1 && kinematics.path.is_none() {
-                break;
-            }
+        let now = Some((kinematics.velocity, kinematics.spin));
+        for (k, (velocity, spin)) in [now, kinematics.path].into_iter().flatten().enumerate() {
             self.motion[k].clear();
             self.motion[k].extend(velocity.iter().zip(weights).map(|(v, weight)| row(v, *weight)));
             self.motion[k].push([0.0, 0.0, 0.0, 1.0]);
@@ -130,11 +127,6 @@ impl PairLanes {
             sums.resize(grains.len() + 1, [0.0; 4]);
         }
         true
-    }
-
-    /// Whether the widest vectors are left unused.
-    pub(crate) fn is_plain(&self) -> bool {
-        self.plain
     }
 }
 
@@ -155,8 +147,7 @@ impl Kernel for PairPass<'_> {
 
     #[inline(always)]
     fn run<L: Lanes8>(mut self, token: L::Token) {
-        let length = std::array::from_fn(|axis| self.around.periods.of(axis).1);
-        let images = Images::<L>::new(token, length);
+        let images = Images::<L>::new(token, self.around.periods.length);
         self.find(token, &images);
         self.resolve(token, &images);
         let Forces { contact, torque, .. } = self.forces;
@@ -184,7 +175,7 @@ impl PairPass<'_> {
             let [x, y, z, _] = L::columns_of(apart);
             let d = Vec3Lanes(images.nearest(0, x), images.nearest(1, y), images.nearest(2, z));
             let [ri, rj] = load_all::<L, 2>(token, &eight.radius);
-            let gap = (d.0 * d.0 + d.1 * d.1 + d.2 * d.2).sqrt() - ri - rj;
+            let gap = dot(d, d).sqrt() - ri - rj;
             let mut touches = 0u8;
             for (k, touching) in touching.iter().enumerate() {
                 touches |= u8::from(*touching) << k;
@@ -232,7 +223,10 @@ impl PairPass<'_> {
                 (springs[0][k], springs[1][k], springs[2][k]) = (spring.x, spring.y, spring.z);
                 begins &= !(u8::from(list.touching[entry]) << k);
             }
-            let (d, distance, _) = apart(token, images, place, &first, &second);
+            let [xi, yi, zi, ri, xj, yj, zj, rj] = columns::<L>(token, place, &first, &second);
+            let d =
+                Vec3Lanes(images.nearest(0, xi - xj), images.nearest(1, yi - yj), images.nearest(2, zi - zj));
+            let distance = dot(d, d).sqrt();
             let some: u8 = zero.lt(distance);
             let up = Vec3Lanes(zero, zero, L::splat(token, 1.0));
             let normal = Vec3Lanes(d.0 / distance, d.1 / distance, d.2 / distance).select(some, up);
@@ -243,7 +237,6 @@ impl PairPass<'_> {
             } else {
                 now
             };
-            let [.., ri, _, _, _, rj] = columns::<L>(token, place, &first, &second);
             let half = L::splat(token, 0.5);
             let arms = (ri + half * gap, rj + half * gap);
             let mass = L::splat(token, 1.0) / inverse;
@@ -263,10 +256,8 @@ impl PairPass<'_> {
                 let bears = answer.bears >> k & 1 == 1;
                 let [x, y, z, _] = out[0][k];
                 list.spring[entry] = Vec3::new(x, y, z);
-                if bears != list.touching[entry] {
-                    list.touching[entry] = bears;
-                    note_event(observed, bears, rates[k], i, j);
-                }
+                observed.note_event((list.touching[entry], bears), rates[k], i, Some(j));
+                list.touching[entry] = bears;
                 for c in 0..4 {
                     contact[i][c] += out[1][k][c];
                     torque[i][c] += out[2][k][c];
@@ -278,14 +269,6 @@ impl PairPass<'_> {
             }
         }
     }
-}
-
-/// A contact begins or ends, with this gap rate.
-fn note_event(observed: &mut Observations, begins: bool, rate: f64, i: usize, j: usize) {
-    let Observations { impact_speed, rebound_speed, .. } = observed;
-    let (speeds, speed) = if begins { (impact_speed, -rate) } else { (rebound_speed, rate) };
-    speeds[i] = speed.max(0.0);
-    speeds[j] = speed.max(0.0);
 }
 
 /// Relative motion, and the sum of the inverse masses.
@@ -301,19 +284,4 @@ fn relative<L: Lanes8>(
     let [ax, ay, az, _, bx, by, bz, _] = columns::<L>(token, spin, first, second);
     let spin = (Vec3Lanes(ax, ay, az), Vec3Lanes(bx, by, bz));
     (Relative { velocity, spin }, wa + wb)
-}
-
-/// Vector between the centres, its length, and the gap.
-#[inline(always)]
-fn apart<L: Lanes8>(
-    token: L::Token,
-    images: &Images<L>,
-    place: &[Row],
-    first: &[u32; 8],
-    second: &[u32; 8],
-) -> (Vec3Lanes<L>, L, L) {
-    let [xi, yi, zi, ri, xj, yj, zj, rj] = columns::<L>(token, place, first, second);
-    let d = Vec3Lanes(images.nearest(0, xi - xj), images.nearest(1, yi - yj), images.nearest(2, zi - zj));
-    let distance = (d.0 * d.0 + d.1 * d.1 + d.2 * d.2).sqrt();
-    (d, distance, distance - ri - rj)
 }

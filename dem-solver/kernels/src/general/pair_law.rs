@@ -7,7 +7,7 @@ use crate::vector::vec3::Vec3Lanes;
 
 /// a·b, each product and sum rounded.
 #[inline(always)]
-fn dot<L: Lanes8>(a: Vec3Lanes<L>, b: Vec3Lanes<L>) -> L {
+pub(super) fn dot<L: Lanes8>(a: Vec3Lanes<L>, b: Vec3Lanes<L>) -> L {
     a.0 * b.0 + a.1 * b.1 + a.2 * b.2
 }
 
@@ -28,7 +28,6 @@ pub(super) struct Law<L> {
 }
 
 impl<L: Lanes8> Law<L> {
-    /// The law in all lanes.
     #[inline(always)]
     pub(super) fn splat(token: L::Token, law: &LinearPair) -> Self {
         let k = |value| L::splat(token, value);

@@ -38,7 +38,6 @@ const DAMPED: [f64; 2] = [0.2, 0.3];
 /// Contacts from which on a grain is one of a bed, as in the fluid's virtual mass.
 const OF_A_BED: u8 = 2;
 
-/// The drag within a window.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowDrag {
     /// ρ, kg/m³, and ν, m²/s.
@@ -47,8 +46,8 @@ pub(crate) struct WindowDrag {
     contact_time: f64,
     /// −ln e_n.
     damping: f64,
-    /// Length of the present window, s.
-    window: f64,
+    /// Length of the present window, s; 0 without loads.
+    pub(super) window: f64,
     contacts: Vec<u8>,
 }
 
@@ -75,11 +74,6 @@ impl WindowDrag {
             window: 0.0,
             contacts: Vec::with_capacity(spec.grains.len()),
         })
-    }
-
-    /// A window of length `dt` under loads begins.
-    pub(crate) fn begin(&mut self, dt: f64) {
-        self.window = dt;
     }
 
     /// Acts over the sub-step `dt` on the grains of `lists` with two contacts or more, which had `start` as

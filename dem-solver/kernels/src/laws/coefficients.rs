@@ -1,7 +1,7 @@
 //! Coefficients of a spring and dashpot along the normal and the tangent.
 
 /// Coefficients per unit effective mass: multiply by m*.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearPair {
     /// k_n/m*, 1/s².
     pub stiffness: f64,

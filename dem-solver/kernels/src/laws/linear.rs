@@ -78,15 +78,6 @@ pub enum RestitutionForm {
 }
 
 impl RestitutionForm {
-    /// r = b/ω of the damped oscillation for a restitution: −ln(e)/π, or such that the clipped law
-    /// gives e.
-    fn decay(self, restitution: f64) -> f64 {
-        match self {
-            Self::Izard2014 => -restitution.ln() / PI,
-            Self::ExactRestitution => clipped_inverse(restitution),
-        }
-    }
-
     /// What is allowed, where this restitution is not.
     fn refuses(self, restitution: f64) -> Option<&'static str> {
         if !(restitution > 0.0 && restitution <= 1.0) {
@@ -104,7 +95,8 @@ fn clipped(r: f64) -> (f64, f64) {
     ((-r * rest).exp(), rest / PI)
 }
 
-/// Solves exp(−r(π − 2 atan r)) = e for r by bisection; the left side falls from 1 to e⁻².
+/// r with which the clipped law gives `e` back: solves exp(−r(π − 2 atan r)) = e by bisection; the left side
+/// falls from 1 to e⁻².
 fn clipped_inverse(e: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while clipped(high).0 > e && high < 1e12 {
@@ -145,7 +137,7 @@ impl LinearSpringDashpot {
         match self.form {
             RestitutionForm::Izard2014 => (PI / t_c, -self.restitution.ln() / t_c),
             RestitutionForm::ExactRestitution => {
-                let r = self.form.decay(self.restitution);
+                let r = clipped_inverse(self.restitution);
                 let omega = PI * clipped(r).1 / t_c;
                 (omega, r * omega)
             }

@@ -58,20 +58,13 @@ impl Rolling {
         SpecError::if_negative("rolling", &values)
     }
 
-    /// k_r, N m.
-    #[inline(always)]
-    #[must_use]
-    pub fn stiffness(&self, roll: &Roll) -> f64 {
-        let arm = self.friction * roll.radius;
-        2.25 * roll.stiffness * arm * arm
-    }
-
     /// Torque on the first partner, N m, for the relative spin `rate` across the normal; cuts `angle`
     /// back where the torque is at its limit.
     #[inline(always)]
     pub fn torque(&self, roll: &Roll, rate: &Vec3, angle: &mut Vec3) -> Vec3 {
-        let stiffness = self.stiffness(roll);
-        let limit = self.friction * roll.radius * roll.force;
+        let arm = self.friction * roll.radius;
+        let stiffness = 2.25 * roll.stiffness * arm * arm;
+        let limit = arm * roll.force;
         let elastic = *angle * -stiffness;
         let size2 = elastic.norm_squared();
         if size2 < limit * limit {

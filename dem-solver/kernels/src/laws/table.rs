@@ -51,7 +51,7 @@ impl ContactLaw {
     pub fn pair(&self) -> PairLaw {
         match self {
             Self::LinearSpringDashpot(law) => match law.stiffness {
-                Some(stiffness) => PairLaw::Stiff(StiffPair { unit: law.pair(), stiffness }),
+                Some(stiffness) => PairLaw::Stiff { unit: law.pair(), stiffness },
                 None => PairLaw::Linear(law.pair()),
             },
             Self::WanTurek(law) => PairLaw::WanTurek(*law),
@@ -71,7 +71,12 @@ pub enum PairLaw {
     /// Linear spring and dashpot, one contact time for all.
     Linear(LinearPair),
     /// Linear spring and dashpot, one stiffness for all.
-    Stiff(StiffPair),
+    Stiff {
+        /// Coefficients per unit effective mass for a contact time of one second.
+        unit: LinearPair,
+        /// k_n, N/m.
+        stiffness: f64,
+    },
     /// Repulsion of Wan & Turek.
     WanTurek(WanTurek),
 }
@@ -83,34 +88,19 @@ impl PairLaw {
     pub fn at(&self, mass: f64) -> Option<LinearPair> {
         match self {
             Self::Linear(pair) => Some(*pair),
-            Self::Stiff(law) => Some(law.at(mass)),
+            Self::Stiff { unit, stiffness } => {
+                // rates scale with 1/t_c
+                let rate2 = stiffness / (mass * unit.stiffness);
+                let rate = rate2.sqrt();
+                Some(LinearPair {
+                    stiffness: unit.stiffness * rate2,
+                    damping: unit.damping * rate,
+                    tangential_stiffness: unit.tangential_stiffness * rate2,
+                    tangential_damping: unit.tangential_damping * rate,
+                    ..*unit
+                })
+            }
             Self::WanTurek(_) => None,
-        }
-    }
-}
-
-/// Linear coefficients of one stiffness for every mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StiffPair {
-    /// Coefficients per unit effective mass for a contact time of one second.
-    pub unit: LinearPair,
-    /// k_n, N/m.
-    pub stiffness: f64,
-}
-
-impl StiffPair {
-    /// Coefficients per unit effective mass at effective mass `mass`: rates scale with 1/t_c.
-    #[inline(always)]
-    #[must_use]
-    pub fn at(&self, mass: f64) -> LinearPair {
-        let rate2 = self.stiffness / (mass * self.unit.stiffness);
-        let rate = rate2.sqrt();
-        LinearPair {
-            stiffness: self.unit.stiffness * rate2,
-            damping: self.unit.damping * rate,
-            tangential_stiffness: self.unit.tangential_stiffness * rate2,
-            tangential_damping: self.unit.tangential_damping * rate,
-            ..self.unit
         }
     }
 }

@@ -176,13 +176,8 @@ impl From<&Wall> for Plane {
     fn from(wall: &Wall) -> Self {
         let normal = Vec3::from(wall.normal).normalize();
         let follower = |servo: &Servo| {
-            Box::new(Follower {
-                servo: servo.clone(),
-                way: 0.0,
-                speed: 0.0,
-                since: 0.0,
-                window: (Vec3::zeros(), 0.0),
-            })
+            let (servo, window) = (servo.clone(), Default::default());
+            Box::new(Follower { servo, way: 0.0, speed: 0.0, since: 0.0, window })
         };
         Self {
             point: wall.point.into(),
@@ -204,14 +199,10 @@ impl Plane {
     pub fn at(&self, t: f64) -> Stand {
         let (velocity, zero) = (self.velocity_at(t), Vec3::zeros());
         match &self.turns {
-            None => Stand {
-                point: self.point,
-                normal: self.normal,
-                moved: self.moved(t),
-                velocity,
-                spin: zero,
-                about: zero,
-            },
+            None => {
+                let (point, normal, moved) = (self.point, self.normal, self.moved(t));
+                Stand { point, normal, moved, velocity, spin: zero, about: zero }
+            }
             Some(turns) => self.turned(&turns.0, &turns.1, velocity, t),
         }
     }

@@ -57,7 +57,6 @@ impl WanTurek {
     /// Checks ranges.
     pub fn validate(&self) -> Result<(), SpecError> {
         let softness = [("softness", self.softness), ("wall_softness", self.wall_softness)];
-        SpecError::unless_positive("wan-turek", &softness)?;
-        SpecError::unless_positive("wan-turek", &[("range", self.range)])
+        SpecError::unless_positive("wan-turek", &[softness[0], softness[1], ("range", self.range)])
     }
 }

@@ -40,7 +40,6 @@ pub(super) struct FilmList {
 }
 
 impl FilmList {
-    /// Takes the neighbour lists up.
     pub(super) fn build(
         &mut self,
         model: &LubricationModel,

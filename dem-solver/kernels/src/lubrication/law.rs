@@ -108,17 +108,10 @@ impl LubricationModel {
             Shape::Sphere => 6.0 * PI * self.viscosity * reduced * reduced,
             Shape::Disc => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),
         };
-        let resolved_length = self.length();
-        let mut law = LubricationLaw {
-            shape: self.shape,
-            coefficient,
-            roughness,
-            cut_off,
-            resolved_length,
-            shift: 0.0,
-        };
+        let (shape, resolved_length) = (self.shape, self.length());
+        let mut law = LubricationLaw { shape, coefficient, roughness, cut_off, resolved_length, shift: 0.0 };
         // What the flow lacks at a line fades slowly: so that it ends at the cut-off.
-        if self.shape == Shape::Disc && resolved_length.is_finite() {
+        if shape == Shape::Disc && resolved_length.is_finite() {
             law.shift = law.resistance(cut_off);
         }
         law

@@ -11,7 +11,7 @@ use crate::lubrication::rows::Rows;
 const CLASSES: usize = 64;
 
 /// Eight films that act: what sweeps read and change.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(super) struct FilmPack {
     /// Normals, from the second to the first, as [`crate::vector::rows::pairs`]; zeros behind.
@@ -46,7 +46,7 @@ pub(super) struct FilmPack {
 }
 
 /// What does not change of eight films.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PackLaw {
     /// Entries of the list.
     pub(super) entry: [u32; 8],
@@ -60,27 +60,8 @@ pub(super) struct PackLaw {
 
 impl FilmPack {
     fn empty(list: &FilmList) -> Self {
-        let none = list.none();
-        let zero = [0.0; 8];
-        let law = PackLaw { entry: [none; 8], normal: [zero; 4], film: [zero; 4], body: [zero; 4] };
-        let mut pack = Self {
-            normal: [zero; 4],
-            weight: [zero; 2],
-            inverse_mass: zero,
-            c: [zero; 4],
-            inverse: zero,
-            limit: zero,
-            impulse: zero,
-            i: [0; 8],
-            j: [0; 8],
-            former: zero,
-            gap: zero,
-            law,
-            filled: 0,
-            seen: 0,
-            twice: 0,
-        };
-        (0..8).for_each(|lane| pack.put(lane, list, none as usize));
+        let mut pack = Self::default();
+        (0..8).for_each(|lane| pack.put(lane, list, list.none() as usize));
         pack
     }
 

@@ -25,8 +25,6 @@ pub(super) struct Rows {
     pub(super) push: Vec<Row>,
     /// Largest speed, m/s.
     pub(super) fastest: f64,
-    /// Number of grains.
-    grains: usize,
 }
 
 impl Rows {
@@ -43,16 +41,13 @@ impl Rows {
         (walls, t): (&[Plane], f64),
         spins: bool,
     ) {
-        let n = grains.len();
-        self.grains = n;
         let row = |v: &Vec3, last: f64| [v.x, v.y, v.z, last];
         let even = |v: &Vec3| v.x == v.y && v.y == v.z;
-        let wall_speed2 = walls.iter().map(|wall| wall.velocity_at(t).norm_squared()).fold(0.0, f64::max);
-        let mut fastest2 = wall_speed2;
+        let mut fastest2 = walls.iter().map(|wall| wall.velocity_at(t).norm_squared()).fold(0.0, f64::max);
         self.place.clear();
         self.motion.clear();
         let mut locked = false;
-        for i in 0..n {
+        for i in 0..grains.len() {
             let (v, weight) = (&grains.velocity[i], &response.inverse_mass[i]);
             fastest2 = v.norm_squared().max(fastest2);
             locked |= !(even(weight) && even(&response.inverse_inertia[i]));
@@ -90,14 +85,9 @@ impl Rows {
 
     /// Hands velocities, spins and the mean forces on grains and walls back.
     pub(super) fn store(&self, grains: &mut Grains, force: &mut [Vec3], on_walls: &mut [Vec3]) {
-        for (force, [x, y, z, _]) in force.iter_mut().chain(on_walls).zip(&self.push) {
-            *force = Vec3::new(*x, *y, *z);
-        }
-        for (velocity, [x, y, z, _]) in grains.velocity.iter_mut().zip(&self.motion) {
-            *velocity = Vec3::new(*x, *y, *z);
-        }
-        for (spin, [x, y, z, _]) in grains.spin.iter_mut().zip(&self.turning) {
-            *spin = Vec3::new(*x, *y, *z);
-        }
+        let take = |(to, [x, y, z, _]): (&mut Vec3, &Row)| *to = Vec3::new(*x, *y, *z);
+        force.iter_mut().chain(on_walls).zip(&self.push).for_each(take);
+        grains.velocity.iter_mut().zip(&self.motion).for_each(take);
+        grains.spin.iter_mut().zip(&self.turning).for_each(take);
     }
 }

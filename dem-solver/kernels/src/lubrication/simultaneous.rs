@@ -33,7 +33,7 @@ pub(crate) struct LubricationSolver {
     packs: Packs,
     rows: Rows,
     /// Mean force of the films on each wall over the last sub-step, N.
-    on_walls: Vec<Vec3>,
+    pub(crate) on_walls: Vec<Vec3>,
     /// Leave the widest vectors unused (tests).
     plain: bool,
 }
@@ -63,11 +63,6 @@ impl LubricationSolver {
         self.packs.forget();
     }
 
-    /// Mean force of the films on each wall over the last sub-step, N.
-    pub(crate) fn on_walls(&self) -> &[Vec3] {
-        &self.on_walls
-    }
-
     /// Applies the impulses of all gaps over `dt` to the velocities, in place, and writes the mean
     /// force of the gaps on each grain into `force`. Positions stay at the start of the sub-step.
     pub(crate) fn apply(
@@ -81,8 +76,7 @@ impl LubricationSolver {
     ) {
         let Self { list, packs, rows, on_walls, plain } = self;
         rows.load(grains, response, (&around.walls, t), model.tangential);
-        let length = std::array::from_fn(|axis| around.periods.of(axis).1);
-        dispatch(Geometry { list, rows, length, dt }, *plain);
+        dispatch(Geometry { list, rows, length: around.periods.length, dt }, *plain);
         list.meet_walls(rows, &around.walls, (t, dt));
         packs.update(list, rows);
         if packs.films > 0 {

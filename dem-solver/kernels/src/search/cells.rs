@@ -48,7 +48,7 @@ impl Cells {
         width: f64,
         periods: &Periods,
     ) {
-        self.shape(grains.clone().map(|(grain, _)| grain), n, width, periods);
+        self.shape(grains.clone().map(|([x, y, z, _], _)| [x, y, z]), n, width, periods);
         let cells = self.count.iter().product::<usize>();
         self.start.clear();
         self.start.resize(cells + 1, 0);
@@ -81,14 +81,8 @@ impl Cells {
     }
 
     /// Chooses number and width of cells over the box of all centres, or over the period.
-    fn shape(&mut self, grains: impl Iterator<Item = [f64; 4]>, n: usize, width: f64, periods: &Periods) {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for grain in grains {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(grain[axis]);
-                high[axis] = high[axis].max(grain[axis]);
-            }
-        }
+    fn shape(&mut self, centres: impl Iterator<Item = [f64; 3]>, n: usize, width: f64, periods: &Periods) {
+        let (mut low, mut high) = extent(centres);
         let mut count = [1.0; 3];
         for axis in 0..3 {
             let (start, length) = periods.of(axis);
@@ -172,6 +166,19 @@ impl Cells {
         }
         around
     }
+}
+
+/// Lower and upper corner of the box of all places.
+#[inline]
+pub(crate) fn extent(places: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for x in places {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(x[axis]);
+            high[axis] = high[axis].max(x[axis]);
+        }
+    }
+    (low, high)
 }
 
 /// Axes from the shortest to the longest box.

@@ -7,7 +7,6 @@ use crate::state::SavedContact;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactList {
     start: Vec<u32>,
-    /// First partners.
     pub(crate) first: Vec<u32>,
     /// Second partners: grains j > i, or walls.
     pub(crate) other: Vec<u32>,
@@ -26,7 +25,6 @@ impl ContactList {
         self.start[i] as usize..self.start[i + 1] as usize
     }
 
-    /// Number of entries.
     pub(crate) fn len(&self) -> usize {
         self.other.len()
     }
@@ -63,7 +61,6 @@ impl ContactList {
         self.touching.push(touching);
     }
 
-    /// Closes the open row.
     pub(crate) fn close_row(&mut self) {
         self.start.push(self.other.len() as u32);
     }

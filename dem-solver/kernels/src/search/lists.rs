@@ -13,9 +13,7 @@ use crate::search::pairs::PairSearch;
 /// The two lists of a run and what is needed to build them again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neighbours {
-    /// Pairs of grains.
     pub(crate) pairs: ContactList,
-    /// Grains near walls.
     pub(crate) walls: ContactList,
     /// Pairs of which one is not round, ascending, and bodies that are not round near walls: their history is
     /// kept where their contacts are.
@@ -31,7 +29,6 @@ pub(crate) struct Neighbours {
     /// How far a grain may have moved since the lists were built, m.
     travel: f64,
     valid: bool,
-    /// Number of builds so far.
     pub(crate) builds: u64,
 }
 
@@ -45,10 +42,8 @@ impl Neighbours {
 
     /// Drops all pairs and their history; the next [`Self::refresh`] builds.
     pub(crate) fn restart(&mut self, grains: usize) {
-        for list in [&mut self.pairs, &mut self.walls] {
-            list.clear();
-            (0..grains).for_each(|_| list.close_row());
-        }
+        self.pairs.restore(&[], &[], grains);
+        self.walls.restore(&[], &[], grains);
         self.body_pairs.clear();
         self.body_walls.clear();
         self.valid = false;

@@ -83,28 +83,21 @@ mod tests {
         reach: f64,
         axes: [Option<(f64, f64)>; 3],
     ) -> Vec<(usize, usize)> {
-        let mut found = Vec::new();
-        for i in 0..position.len() {
-            for j in i + 1..position.len() {
-                // shortest of all 27 images, without the search's own arithmetic
-                let mut least = f64::INFINITY;
-                for shift in 0..27 {
-                    let turns = [shift % 3 - 1, shift / 3 % 3 - 1, shift / 9 - 1];
-                    let d = Vec3::from_fn(|axis, _| {
-                        let wrap = |x: f64| {
-                            axes[axis].map_or(x, |(start, length)| start + (x - start).rem_euclid(length))
-                        };
-                        let length = axes[axis].map_or(0.0, |period| period.1);
-                        wrap(position[i][axis]) - wrap(position[j][axis]) + f64::from(turns[axis]) * length
-                    });
-                    least = least.min(d.norm());
-                }
-                if least < radius[i] + radius[j] + reach {
-                    found.push((i, j));
-                }
-            }
-        }
-        found
+        // shortest of all 27 images, without the search's own arithmetic
+        let distance = |i: usize, j: usize, shift: i32| {
+            let turns = [shift % 3 - 1, shift / 3 % 3 - 1, shift / 9 - 1];
+            let along = |axis: usize| {
+                let Some((start, length)) = axes[axis] else { return position[i][axis] - position[j][axis] };
+                let wrap = |x: f64| start + (x - start).rem_euclid(length);
+                wrap(position[i][axis]) - wrap(position[j][axis]) + f64::from(turns[axis]) * length
+            };
+            Vec3::from_fn(|axis, _| along(axis)).norm()
+        };
+        let near = |&(i, j): &(usize, usize)| {
+            (0..27).any(|shift| distance(i, j, shift) < radius[i] + radius[j] + reach)
+        };
+        let pairs = (0..position.len()).flat_map(|i| (i + 1..position.len()).map(move |j| (i, j)));
+        pairs.filter(near).collect()
     }
 
     #[test]

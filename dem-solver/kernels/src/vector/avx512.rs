@@ -17,10 +17,8 @@ macro_rules! skin {
             type Output = Self;
             #[inline(always)]
             fn $fn(self, other: Self) -> Self {
-                Self {
-                    simd: self.simd,
-                    lanes: cast(self.simd.avx512f.$op(cast(self.lanes), cast(other.lanes))),
-                }
+                let f = self.simd.avx512f;
+                Self { lanes: cast(f.$op(cast(self.lanes), cast(other.lanes))), ..self }
             }
         }
     };
@@ -159,14 +157,8 @@ impl Lanes8 for Avx512 {
 
     #[inline(always)]
     fn transpose(r: [Self; 8]) -> [Self; 8] {
-        let (l0, h0) = (r[0].unpack(r[1], true), r[0].unpack(r[1], false));
-        let (l1, h1) = (r[2].unpack(r[3], true), r[2].unpack(r[3], false));
-        let (l2, h2) = (r[4].unpack(r[5], true), r[4].unpack(r[5], false));
-        let (l3, h3) = (r[6].unpack(r[7], true), r[6].unpack(r[7], false));
-        let (a0, a2) = (l0.quarters(l1, true), l0.quarters(l1, false));
-        let (b0, b2) = (l2.quarters(l3, true), l2.quarters(l3, false));
-        let (a1, a3) = (h0.quarters(h1, true), h0.quarters(h1, false));
-        let (b1, b3) = (h2.quarters(h3, true), h2.quarters(h3, false));
+        let [a0, a1, a2, a3] = Self::columns_of([r[0], r[1], r[2], r[3]]);
+        let [b0, b1, b2, b3] = Self::columns_of([r[4], r[5], r[6], r[7]]);
         [
             a0.quarters(b0, true),
             a1.quarters(b1, true),

@@ -5,7 +5,6 @@ use crate::vector::lanes::{Lanes, Lanes8};
 /// Four numbers.
 pub(crate) type Row = [f64; 4];
 
-/// Rows 0 to 7.
 pub(crate) const EACH: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Rows `i` in columns 0 to 3 and rows `j` in columns 4 to 7.

@@ -2,7 +2,6 @@
 
 use crate::vector::lanes::{Lanes, Lanes8};
 
-/// Three components in several lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Vec3Lanes<L>(pub(crate) L, pub(crate) L, pub(crate) L);
 
