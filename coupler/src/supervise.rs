@@ -21,7 +21,7 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 const LAST_LINES: usize = 20;
 /// Bytes of a line of stderr that are kept: a bar that a solver draws has no line break.
 const LONGEST_LINE: usize = 4096;
-/// How often a wait for several children looks.
+/// How often a wait looks.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// What became of a child.
@@ -47,13 +47,10 @@ impl Exit {
 impl std::fmt::Display for Exit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let process = program(self.role);
-        match self.status {
-            None => write!(f, "{process} is gone"),
-            Some(status) => match (status.code(), status.signal()) {
-                (Some(code), _) => write!(f, "{process} left with exit code {code}"),
-                (None, Some(signal)) => write!(f, "{process} was killed by signal {signal}"),
-                (None, None) => write!(f, "{process} is gone"),
-            },
+        match (self.code(), self.status.and_then(|status| status.signal())) {
+            (Some(code), _) => write!(f, "{process} left with exit code {code}"),
+            (None, Some(signal)) => write!(f, "{process} was killed by signal {signal}"),
+            (None, None) => write!(f, "{process} is gone"),
         }
     }
 }
@@ -166,22 +163,12 @@ impl Supervisor {
 
     /// Waits at most `limit` until every child has exited.
     pub(crate) fn wait_all(&self, limit: Duration) -> bool {
-        let start = Instant::now();
-        while locked(&self.exits).len() < self.children.len() {
-            if start.elapsed() >= limit {
-                return false;
-            }
-            std::thread::sleep(LOOK_EVERY);
-        }
-        true
+        wait_for(limit, || locked(&self.exits).len() >= self.children.len())
     }
 
     /// Waits at most `limit` until a child has exited.
     pub(crate) fn wait_any(&self, limit: Duration) {
-        let start = Instant::now();
-        while !self.any_exit() && start.elapsed() < limit {
-            std::thread::sleep(LOOK_EVERY);
-        }
+        wait_for(limit, || self.any_exit());
     }
 
     /// Sends `signal` to every child that lives.
@@ -214,6 +201,18 @@ impl Drop for Supervisor {
             self.wait_all(Duration::from_secs(5));
         }
     }
+}
+
+/// Waits at most `limit` until `done`; says whether it was.
+pub(crate) fn wait_for(limit: Duration, done: impl Fn() -> bool) -> bool {
+    let start = Instant::now();
+    while !done() {
+        if start.elapsed() >= limit {
+            return false;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    true
 }
 
 fn pid_of(child: &Child) -> Option<Pid> {

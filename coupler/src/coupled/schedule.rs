@@ -24,7 +24,6 @@ pub(crate) struct CoupledState {
     late: u64,
     /// Attempts at windows, where they are repeated.
     watch: MonitorState,
-    /// Whether the motion alternates.
     seen: Seen,
 }
 
@@ -39,7 +38,6 @@ pub(crate) struct CoupledSchedule<'a> {
     warned_of_limit: bool,
     largest_radius: f64,
     kinematics_check: Option<KinematicsCheck>,
-    /// Whether the motion alternates from window to window.
     alternation: Alternation,
 }
 
