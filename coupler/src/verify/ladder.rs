@@ -125,17 +125,15 @@ fn nearest(cells: f64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use bedload_scene::SceneSource;
-
     use super::*;
+    use crate::test_scenes;
 
     fn scene(more: &str, cells: &str, upper: &str) -> CheckedScene {
-        let text = format!(
+        test_scenes::scene(format!(
             "until = 1.0\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = {upper}\n\
              cells = {cells}\nboundary = {{ r_upper = \"free-slip\", z = \"free-slip\" }}\n\
              [medium]\ndensity = 1.0\nviscosity = 1.0\n{more}"
-        );
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+        ))
     }
 
     const GRAIN: &str = "[[grains]]\nposition = [0.0, 0.0, 5.0]\nradius = 0.5\ndensity = 2.0\n";

@@ -100,18 +100,16 @@ fn direction(scene: &CheckedScene) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use bedload_scene::SceneSource;
-
     use super::*;
+    use crate::test_scenes;
 
     fn scene(gravity: f64, more: &str) -> CheckedScene {
-        let text = format!(
+        test_scenes::scene(format!(
             "until = 2.0\ngravity = [0.0, 0.0, {gravity:?}]\n[domain]\ngeometry = \"space\"\n\
              lower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\ncells = [24, 24, 24]\n\
              boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}\n\
              [medium]\ndensity = 1.0\nviscosity = 1.0\n{more}"
-        );
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+        ))
     }
 
     fn grains(count: usize, more: &str) -> String {
