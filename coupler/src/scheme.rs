@@ -125,7 +125,6 @@ pub struct Planner {
     plan: Plan,
     substeps: Substeps,
     observe: Observe,
-    ahead: usize,
     state: PlannerState,
 }
 
@@ -142,12 +141,7 @@ impl Planner {
             quiet: std::iter::repeat_n(-1.0, ahead).collect(),
             limit: f64::INFINITY,
         };
-        Self { plan: plan.clone(), substeps: coupling.substeps, observe: observe.clone(), ahead, state }
-    }
-
-    /// Windows that may be on their way at once.
-    pub fn ahead(&self) -> usize {
-        self.ahead
+        Self { plan: plan.clone(), substeps: coupling.substeps, observe: observe.clone(), state }
     }
 
     /// Next window to plan.
