@@ -158,15 +158,10 @@ impl<'a> SoloRun<'a> {
     fn why(&self, error: &ExchangeError) -> String {
         // one that goes needs a moment to be gone
         self.supervisor.wait_all(Duration::from_millis(100));
-        let words = self.supervisor.last_words(self.setup.role);
-        let how = match self.supervisor.exits().pop() {
-            Some(exit) => how(&exit),
-            None => return error.to_string(),
-        };
-        if words.is_empty() {
-            format!("{error}: {how}")
-        } else {
-            format!("{error}: {how}, its last words: {words}")
+        let Some(exit) = self.supervisor.exits().pop() else { return error.to_string() };
+        match self.supervisor.last_words(self.setup.role) {
+            words if words.is_empty() => format!("{error}: {}", how(&exit)),
+            words => format!("{error}: {}, its last words: {words}", how(&exit)),
         }
     }
 
@@ -252,11 +247,10 @@ impl<'a> SoloRun<'a> {
 
     /// `Stop` between windows: the solver must say `Stopped` and leave with 0.
     pub(crate) fn stop(&mut self) -> Result<(), String> {
-        if self.sent.is_empty() {
-            self.stop_unfinished()
-        } else {
-            Err("sent its records more than once in a window".into())
+        if !self.sent.is_empty() {
+            return Err("sent its records more than once in a window".into());
         }
+        self.stop_unfinished()
     }
 
     /// `Stop` at any time.
@@ -268,10 +262,9 @@ impl<'a> SoloRun<'a> {
             return Err(format!("answered Stop with state {} (Stopped is 4): {}", said.state, said.text()));
         }
         let exit = self.setup.leaves(&self.supervisor, LEAVE)?;
-        if exit.code() == Some(0) {
-            Ok(())
-        } else {
-            Err(format!("after Stop it {}, 0 was expected", how(&exit)))
+        match exit.code() {
+            Some(0) => Ok(()),
+            _ => Err(format!("after Stop it {}, 0 was expected", how(&exit))),
         }
     }
 
