@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bedload_program::{Loudness, RunOptions};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use protocol::new_file::is_full;
 use protocol::participant::Role;
@@ -82,8 +83,8 @@ enum Command {
         /// Log of a run (MCAP)
         log: PathBuf,
         /// Solver to drive
-        #[arg(long)]
-        drive: Side,
+        #[arg(long, value_parser = role())]
+        drive: Role,
         /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
         #[arg(long)]
         verify: bool,
@@ -202,8 +203,8 @@ enum Command {
     /// Test any solver command against the protocol, role by role; exit 1 if it fails
     Conformance {
         /// Only this role; by default each role that the command takes
-        #[arg(long)]
-        role: Option<Side>,
+        #[arg(long, value_parser = role())]
+        role: Option<Role>,
         /// Scene with a fluid and free grains; by default two spheres apart in a closed box
         #[arg(long)]
         scene: Option<PathBuf>,
@@ -308,19 +309,10 @@ enum LogWord {
     },
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Side {
-    Fluid,
-    Dem,
-}
-
-impl From<Side> for Role {
-    fn from(side: Side) -> Self {
-        match side {
-            Side::Fluid => Self::Fluid,
-            Side::Dem => Self::Dem,
-        }
-    }
+/// `fluid` or `dem`.
+fn role() -> impl TypedValueParser<Value = Role> {
+    PossibleValuesParser::new(["fluid", "dem"])
+        .map(|name| if name == "fluid" { Role::Fluid } else { Role::Dem })
 }
 
 #[derive(Clone, Copy, Debug, Args)]
@@ -410,7 +402,6 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             run(&with_accuracy(options, accuracy), study::report::page::write)
         }
         Command::Replay { log, drive, verify, overrides, compare, allow_commands, checkpoint, out } => {
-            let drive = drive.into();
             replay::replay(&Replay {
                 log,
                 drive,
@@ -443,7 +434,6 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             }
         }
         Command::Conformance { role, scene, overrides, physics, json, command } => {
-            let role = role.map(Role::from);
             conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })
         }
         Command::Report { dirs } => {

@@ -12,7 +12,7 @@ use bedload_scene::SplitMix64;
 use bedload_scene::table::{Table, number};
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
-use coupler::number::Short;
+use coupler::number::{Short, norm};
 
 /// Largest solid fraction that may be asked for: in the plane, in space. Random packings of equal grains jam
 /// at about 0.84 and 0.64.
@@ -180,10 +180,8 @@ impl Pack {
         };
         let axes = if space { "xyz" } else { "xz" };
         if let Some(wrong) = self.periodic.chars().find(|axis| !axes.contains(*axis)) {
-            return refuse(
-                "--periodic",
-                format_args!("has {wrong:?}; allowed: letters of {axes}, such as x"),
-            );
+            let what = format!("has {wrong:?}; allowed: letters of {axes}, such as x");
+            return refuse("--periodic", what);
         }
         let densest = DENSEST[usize::from(space)];
         if !(self.fraction > 0.0 && self.fraction <= densest) {
@@ -263,10 +261,8 @@ impl Pack {
             filled += more;
             radii.push(radius);
             if radii.len() as f64 > MOST {
-                return refuse(
-                    "--box",
-                    format_args!("takes more than {MOST:e} grains; allowed: fewer, larger"),
-                );
+                let what = format!("takes more than {MOST:e} grains; allowed: fewer, larger");
+                return refuse("--box", what);
             }
         }
         if radii.is_empty() {
@@ -280,10 +276,8 @@ impl Pack {
             if bounds.size[axis] < least {
                 let (name, has) = (["x", "y", "z"][axis], bounds.size[axis]);
                 let why = "once, twice along a periodic axis, the largest diameter";
-                return refuse(
-                    "--box",
-                    format_args!("is {has} along {name}; allowed: from {least} on: {why}"),
-                );
+                let what = format!("is {has} along {name}; allowed: from {least} on: {why}");
+                return refuse("--box", what);
             }
         }
         Ok((radii, scale))
@@ -615,8 +609,4 @@ impl<'a> Grid<'a> {
         grains.push(ball);
         true
     }
-}
-
-fn norm(vector: &[f64; 3]) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
