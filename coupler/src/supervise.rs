@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use bedload_program::Heartbeats;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use protocol::participant::Role;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
@@ -33,7 +34,6 @@ pub(crate) struct Exit {
 }
 
 impl Exit {
-    /// Was it killed by a signal?
     pub(crate) fn was_killed(&self) -> bool {
         self.status.is_none_or(|status| status.signal().is_some())
     }
@@ -61,6 +61,12 @@ pub(crate) fn program(role: Role) -> &'static str {
         Role::Fluid => "bedload-fluid",
         Role::Dem => "bedload-dem",
     }
+}
+
+/// A role as a command line names it.
+pub(crate) fn role() -> impl TypedValueParser<Value = Role> {
+    PossibleValuesParser::new(["fluid", "dem"])
+        .map(|name| if name == "fluid" { Role::Fluid } else { Role::Dem })
 }
 
 /// Where a child's words go.
@@ -164,6 +170,14 @@ impl Supervisor {
     /// Waits at most `limit` until every child has exited.
     pub(crate) fn wait_all(&self, limit: Duration) -> bool {
         wait_for(limit, || locked(&self.exits).len() >= self.children.len())
+    }
+
+    /// Waits at most `limit` until the one child has left.
+    pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
+        if !self.wait_all(limit) {
+            return Err(format!("was still there after {:.1} s", limit.as_secs_f64()));
+        }
+        self.exits().pop().ok_or_else(|| "is gone, and nobody knows how".into())
     }
 
     /// Waits at most `limit` until a child has exited.

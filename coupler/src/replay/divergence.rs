@@ -68,7 +68,6 @@ impl Divergence {
         Self { scales: vec![0.0; quantities.len()], quantities, periods, rows: Vec::new() }
     }
 
-    /// Compares the records of a window.
     fn compare<R>(&mut self, window: &Window, of: &[Quantity<R>], logged: &[R], sent: &[R]) {
         let mut cells = Vec::with_capacity(of.len());
         for (scale, (name, _, vector)) in self.scales.iter_mut().zip(of) {
@@ -197,7 +196,6 @@ impl Compare for Divergence {
     }
 }
 
-/// A line of the table.
 fn line([name, difference, unit, relative, time, step, grain]: [String; 7]) -> String {
     format!("  {name:22} {difference:>10} {unit:6} {relative:>10} {time:>10} {step:>8} {grain:>7}\n")
 }

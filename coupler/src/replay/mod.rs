@@ -33,7 +33,7 @@ use crate::solvers::Solver;
 
 /// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from
 /// anyone.
-pub fn replay(replay: &Replay) -> Result<(), Failure> {
+pub fn replay(replay: &Replay, figure: Figure) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
     let manifest = reader.manifest().clone();
     if !manifest.has(replay.drive) {
@@ -55,7 +55,7 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
     }
     let interrupts = Interrupts::listen(3)?;
     if replay.compare || !replay.overrides.is_empty() {
-        return drive::compare(replay, reader, &interrupts);
+        return drive::compare(replay, figure, reader, &interrupts);
     }
     alone(replay, &manifest, &interrupts)
 }

@@ -88,22 +88,13 @@ impl Setup {
             .map_err(|error| format!("cannot start `{}`: {error}", self.command.join(" ")))?;
         Ok(supervisor)
     }
-
-    /// Waits until the solver has left, at most `limit`.
-    pub(crate) fn leaves(&self, supervisor: &Supervisor, limit: Duration) -> Result<Exit, String> {
-        if !supervisor.wait_all(limit) {
-            return Err(format!("was still there after {:.1} s", limit.as_secs_f64()));
-        }
-        supervisor.exits().pop().ok_or_else(|| "is gone, and nobody knows how".into())
-    }
 }
 
-/// A run under way.
 pub(crate) struct SoloRun<'a> {
     setup: &'a Setup,
     /// None once the coupler has left.
     link: Option<CouplerLink>,
-    supervisor: Supervisor,
+    pub(crate) supervisor: Supervisor,
     peer: Option<JoinHandle<()>>,
     replacements: Sender<Records>,
     over: Arc<AtomicBool>,
@@ -114,7 +105,6 @@ pub(crate) struct SoloRun<'a> {
     others: u64,
     /// What the solver said when it was ready.
     pub(crate) ready: Status,
-    /// Time that it took to join.
     pub(crate) joined: Duration,
 }
 
@@ -234,7 +224,6 @@ impl<'a> SoloRun<'a> {
         self.report(step)
     }
 
-    /// Has the solver said that it failed?
     pub(crate) fn has_failed(&self) -> bool {
         self.said.iter().any(|status| status.state == State::Failed as u64)
     }
@@ -261,7 +250,7 @@ impl<'a> SoloRun<'a> {
         if said.state != State::Stopped as u64 {
             return Err(format!("answered Stop with state {} (Stopped is 4): {}", said.state, said.text()));
         }
-        let exit = self.setup.leaves(&self.supervisor, LEAVE)?;
+        let exit = self.supervisor.leaves(LEAVE)?;
         match exit.code() {
             Some(0) => Ok(()),
             _ => Err(format!("after Stop it {}, 0 was expected", how(&exit))),
@@ -271,11 +260,6 @@ impl<'a> SoloRun<'a> {
     /// The coupler leaves without a word.
     pub(crate) fn abandon(&mut self) {
         self.link = None;
-    }
-
-    /// Waits until the solver has left.
-    pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
-        self.setup.leaves(&self.supervisor, limit)
     }
 }
 

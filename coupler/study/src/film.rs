@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 
 use bedload_output::{OutputFolder, Summary, atomic_write};
 use bedload_scene::{CheckedScene, SceneSource};
+use clap::Args;
 
 use super::pictures::{
     self, COLOURS, Frame, HIGH, Instant, Quantity, Raster, Scale, Shape, Slice, Tone, instants,
@@ -18,17 +19,24 @@ use coupler::failure::Failure;
 use coupler::number::Short;
 
 /// What `bedload film` was asked.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Args)]
 pub struct Film {
-    /// Output folder of a run.
+    /// Output folder of a run with fields (observe.fields_every)
     pub dir: PathBuf,
-    /// Field to colour; none: the speed of the fluid, or of the grains where no fluid took part.
+    /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or
+    /// grains (by their speed). By default speed, or grains in a run without fluid
+    #[arg(long, value_name = "F")]
     pub field: Option<String>,
-    /// Plane, such as `y=0.5`; none: y in the middle of the box.
+    /// Plane, such as y=0.5 (m); by default y in the middle of the box
+    #[arg(long, value_name = "AXIS=POSITION")]
     pub slice: Option<String>,
-    /// Width of a frame, pixels.
+    /// Width of a frame, pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 960,
+          value_parser = clap::value_parser!(u16).range(160..=4096))]
     pub width: u16,
-    /// Frames per second of the film.
+    /// Frames per second of the film
+    #[arg(long, value_name = "N", default_value_t = 10,
+          value_parser = clap::value_parser!(u16).range(1..=50))]
     pub rate: u16,
 }
 
@@ -70,10 +78,7 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
             folder.root().display()
         )));
     }
-    let quantity = quantity.unwrap_or(match has_fluid {
-        true => Quantity::SPEED,
-        false => Quantity::GRAINS,
-    });
+    let quantity = quantity.unwrap_or(if has_fluid { Quantity::SPEED } else { Quantity::GRAINS });
     let read = |instant: &Instant| Frame::read(instant, &|_| slice, quantity, shape).map_err(Failure::Input);
     let mut view = pictures::NOWHERE;
     let scale = Scale::of(instants.iter().map(|instant| {

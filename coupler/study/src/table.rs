@@ -19,8 +19,8 @@ const VALUES: &str = "value";
 fn columns(kind: Kind) -> Vec<&'static str> {
     let names = match kind {
         Kind::Chart => {
-            "cpu_s,wall_s,error,pareto,label,value,cpu_s_min,cpu_s_max,wall_s_min,wall_s_max,repeats,beside,note,\
-             commit,machine"
+            "cpu_s,wall_s,error,pareto,label,value,cpu_s_min,cpu_s_max,wall_s_min,wall_s_max,repeats,beside,\
+             note,commit,machine"
         }
         Kind::Stability => "verdict,growth,bound_margin,label,note,refused,cpu_s,wall_s,commit,machine",
         Kind::Case => "label,value,cpu_s,wall_s,note,commit,machine",
