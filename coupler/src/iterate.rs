@@ -60,7 +60,6 @@ pub(crate) struct MonitorState {
 }
 
 impl ConvergenceMonitor {
-    /// For the grains of a scene.
     pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,

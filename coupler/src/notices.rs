@@ -314,24 +314,16 @@ fn leaving(scene: &CheckedScene) -> Option<String> {
             } else {
                 "buoyancy"
             };
+            let kind = if face.kind == WallKind::NoSlip { "no-slip" } else { "free-slip" };
             (!face.contact && !face.kind.is_open() && !stops).then(|| {
                 format!(
-                    "{way} leads grains to the {side} face of {name}, which is {} and no wall to them: they \
-                     leave the box there; {name}_{side} = {{ type = \"{}\", contact = true }} stops them",
-                    face_name(face.kind),
-                    face_name(face.kind)
+                    "{way} leads grains to the {side} face of {name}, which is {kind} and no wall to them: \
+                     they leave the box there; {name}_{side} = {{ type = \"{kind}\", contact = true }} stops them"
                 )
             })
         };
         [-1.0, 1.0].into_iter().find_map(leads_to)
     })
-}
-
-fn face_name(kind: WallKind) -> &'static str {
-    match kind {
-        WallKind::NoSlip => "no-slip",
-        _ => "free-slip",
-    }
 }
 
 /// Cells that are no cubes.

@@ -67,7 +67,6 @@ pub(crate) fn listen() -> Result<Interrupts, Failure> {
     Interrupts::listen(3)
 }
 
-/// Makes the run that is prepared.
 pub(crate) fn carry_out(
     options: &RunOptions,
     prepared: &Prepared,

@@ -223,10 +223,7 @@ impl Planner {
         self.state.step += 1;
         // Multiplied, not summed: a million windows add no rounding.
         let regular = !self.plan.adaptive && dt == fixed;
-        self.state.time = match regular {
-            true => self.state.step as f64 * fixed,
-            false => self.state.time + dt,
-        };
+        self.state.time = if regular { self.state.step as f64 * fixed } else { self.state.time + dt };
         if self.plan.until - self.state.time <= 1e-9 * dt {
             self.state.time = self.plan.until;
         }

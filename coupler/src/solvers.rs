@@ -76,7 +76,6 @@ impl Solver {
                 && real(command) == real(own))
     }
 
-    /// The command as one line.
     pub(crate) fn line(&self) -> String {
         self.command.join(" ")
     }

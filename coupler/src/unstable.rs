@@ -37,7 +37,6 @@ pub(crate) struct Alternation {
 }
 
 impl Alternation {
-    /// For the free grains of a scene.
     pub(crate) fn new(scene: &CheckedScene) -> Self {
         let free = scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let free: Vec<_> = free.map(|(index, grain)| (index, grain.radius, grain.mass())).collect();
@@ -49,7 +48,6 @@ impl Alternation {
         }
     }
 
-    /// What was seen so far.
     pub(crate) fn seen(&self) -> &Seen {
         &self.seen
     }

@@ -28,7 +28,7 @@ pub struct Number {
     pub side: Side,
 }
 
-/// Those numbers of a scene that lie outside of the charted ones, in words; `charted`: the numbers of each run.
+/// Those numbers of a scene that lie outside of those of the charted runs, in words.
 pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<String> {
     let check = |(place, number): (usize, &Number)| {
         let values = || charted.iter().filter_map(|run| run.get(place).copied());

@@ -118,7 +118,7 @@ impl DragChart {
         Self { table: table.to_owned(), stale, grids }
     }
 
-    /// At a Reynolds number and D/Δx, along straight lines between charted ones; beyond these, what was charted.
+    /// At a Reynolds number and D/Δx, along straight lines between charted ones; beyond, what was charted.
     pub fn at(&self, reynolds: f64, resolution: f64) -> Result<DragError, String> {
         let mut levels: Vec<f64> = self.grids.iter().map(|grid| grid.reynolds).collect();
         levels.dedup();

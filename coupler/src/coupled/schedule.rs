@@ -27,7 +27,6 @@ pub(crate) struct CoupledState {
     seen: Seen,
 }
 
-/// The windows of a coupled run.
 pub(crate) struct CoupledSchedule<'a> {
     prepared: &'a Prepared,
     planner: Planner,

@@ -70,7 +70,8 @@ impl Proposal {
             "without error".into()
         };
         format!(
-            "{name}: {what}: {} times cheaper by estimate, {error} ({why}); --cheaper {name} prints the scene",
+            "{name}: {what}: {} times cheaper by estimate, {error} ({why}); --cheaper {name} prints the \
+             scene",
             Short(self.saving)
         )
     }

@@ -116,7 +116,6 @@ fn up(cells: f64) -> u64 {
     fast((cells - 1e-6).ceil().max(1.0) as u64)
 }
 
-/// The fast number that is the nearest.
 fn nearest(cells: f64) -> u64 {
     let above = up(cells);
     let below = (2..=cells as u64).rev().find(is_fast).unwrap_or(above);

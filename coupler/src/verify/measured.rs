@@ -65,7 +65,6 @@ pub(super) fn names(scene: &CheckedScene, named: bool) -> Vec<String> {
     metrics.map(|metric| metric.name.clone()).chain(flow).collect()
 }
 
-/// Letter of a component.
 fn letter(component: usize) -> &'static str {
     ["x", "y", "z"][component]
 }

@@ -48,7 +48,6 @@ struct Planned {
 struct Found {
     /// Widths of the cells over the scene's.
     widths: Vec<f64>,
-    /// The summaries.
     summaries: Vec<Summary>,
 }
 

@@ -68,7 +68,6 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     Ok(())
 }
 
-/// Does a pattern mean any run?
 fn is_meant(section: &Section, pattern: &str) -> bool {
     section.runs.iter().any(|run| matches(pattern, &run.label))
 }

@@ -62,7 +62,6 @@ fn axis(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     Err(source.error("chart.x", message, "name a key of [[chart.vary]], or leave x out for the cost"))
 }
 
-/// The metrics that are charted.
 fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
     let names = section.metrics();

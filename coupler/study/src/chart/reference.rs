@@ -59,7 +59,6 @@ pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Resu
     Ok(all?.concat())
 }
 
-/// Column of a varied key.
 fn column_of(table: &Table, key: &str) -> Result<usize, String> {
     table.keys.iter().position(|other| other == key).ok_or_else(|| format!("no key {key} is varied"))
 }

@@ -58,7 +58,6 @@ impl Quantity {
         self.array.is_none()
     }
 
-    /// Unit of the values.
     pub(crate) fn unit(self) -> &'static str {
         match self.array {
             Some("vorticity") => "1/s",
@@ -241,7 +240,6 @@ pub(crate) type Point = (f64, f64);
 /// Lower left and upper right corner, m.
 pub(crate) type View = (Point, Point);
 
-/// A view of nothing.
 pub(crate) const NOWHERE: View = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
 
 /// What shows two views.

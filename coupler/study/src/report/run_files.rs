@@ -28,7 +28,6 @@ pub(super) struct RunFiles {
     /// None: there is none, or it cannot be read here any more.
     pub(super) scene: Option<CheckedScene>,
     pub(super) series: Series,
-    /// Means over planes.
     pub(super) planes: Option<Planes>,
     /// `plan.json` as it is: of whatever version wrote it.
     pub(super) plan: Option<Value>,
