@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
 use crate::scratch::scratch;
-use crate::supervise::program;
+use crate::supervise::{command_of, program};
 
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -198,7 +198,11 @@ pub(crate) fn fluid_facts(
                 cells: domain.cell_count() as u64,
                 dt: match section_number(scene, "fluid", &scene.scene.fluid, "dt")? {
                     Some(dt) => dt,
-                    None if asked => return Err(needs_dt(scene).into()),
+                    None if asked => {
+                        let what = "its solver does not say what step it needs, and the section has no dt";
+                        let remedy = "add dt = …, a positive number of seconds";
+                        return Err(scene.source.error("fluid", what, remedy).into());
+                    }
                     None => scene.scene.until,
                 },
                 spacing: domain.smallest_spacing(),
@@ -312,14 +316,6 @@ fn unknown(solver: &Solver, asked: bool) -> String {
     )
 }
 
-fn needs_dt(scene: &CheckedScene) -> Box<SceneError> {
-    Box::new(scene.source.error(
-        "fluid",
-        "its solver does not say what step it needs, and the section has no dt".to_owned(),
-        "add dt = …, a positive number of seconds",
-    ))
-}
-
 /// A positive number that a section holds for a solver that says nothing of itself.
 fn section_number(
     scene: &CheckedScene,
@@ -421,11 +417,7 @@ struct Answer {
 }
 
 fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::Result<Answer> {
-    let Some((executable, leading)) = command.split_first() else {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
-    };
-    let mut asked = Command::new(executable);
-    asked.args(leading).args(arguments);
+    let mut asked = command_of(command, arguments)?;
     protocol::detail!("bedload: asks {asked:?}");
     let mut child = asked.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));

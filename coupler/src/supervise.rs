@@ -63,6 +63,15 @@ pub(crate) fn program(role: Role) -> &'static str {
     }
 }
 
+/// A command of an executable with its leading arguments, and others.
+pub(crate) fn command_of(program: &[String], arguments: &[OsString]) -> std::io::Result<Command> {
+    let empty = || std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty");
+    let (executable, leading) = program.split_first().ok_or_else(empty)?;
+    let mut command = Command::new(executable);
+    command.args(leading).args(arguments);
+    Ok(command)
+}
+
 /// A role as a command line names it.
 pub(crate) fn role() -> impl TypedValueParser<Value = Role> {
     PossibleValuesParser::new(["fluid", "dem"])
@@ -121,11 +130,8 @@ impl Supervisor {
         arguments: &[OsString],
         words: StderrMode,
     ) -> std::io::Result<()> {
-        let Some((executable, leading)) = program.split_first() else {
-            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
-        };
-        let mut command = Command::new(executable);
-        command.args(leading).args(arguments).process_group(0);
+        let mut command = command_of(program, arguments)?;
+        command.process_group(0);
         protocol::detail!("bedload: starts {command:?}");
         command.env(bedload_program::PARENT, bedload_program::parent_name());
         command.envs(self.heartbeats.as_ref().map(Heartbeats::variable));

@@ -16,6 +16,8 @@ use protocol::message::Kinematics;
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
 
+use crate::number::AXES;
+
 /// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the
 /// last digits of their speeds for the largest speed so far, and their alternation for one that counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -72,7 +74,7 @@ impl Alternation {
         beyond.or_else(|| {
             let (channel, place, value) = largest?;
             let what = ["velocity", "spin"][value / 3];
-            let what = format!("{what}_{} of grain {}", ["x", "y", "z"][value % 3], self.free[place].0);
+            let what = format!("{what}_{} of grain {}", AXES[value % 3], self.free[place].0);
             Some(channel.found(&what, window, (scale, "the largest speed")))
         })
     }

@@ -12,7 +12,7 @@ use bedload_scene::SplitMix64;
 use bedload_scene::table::{Table, number};
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
-use coupler::number::{Short, norm};
+use coupler::number::{AXES, Short, norm};
 
 /// Largest solid fraction that may be asked for: in the plane, in space. Random packings of equal grains jam
 /// at about 0.84 and 0.64.
@@ -109,10 +109,8 @@ struct Packed {
     sweeps: u32,
 }
 
-/// Makes the table, and says what it holds.
-///
-/// # Errors
-/// [`Failure::Input`] at the option that cannot be, [`Failure::Run`] where the fraction was not reached.
+/// Makes the table, and says what it holds. Fails with [`Failure::Input`] at the option that cannot be,
+/// [`Failure::Run`] where the fraction was not reached.
 pub(crate) fn pack(asked: &Pack) -> Result<(), Failure> {
     let bounds = asked.bounds()?;
     asked.refuse_to_replace()?;
@@ -274,7 +272,7 @@ impl Pack {
         for axis in bounds.axes() {
             let least = if bounds.periodic[axis] { 2.0 * widest } else { widest };
             if bounds.size[axis] < least {
-                let (name, has) = (["x", "y", "z"][axis], bounds.size[axis]);
+                let (name, has) = (AXES[axis], bounds.size[axis]);
                 let why = "once, twice along a periodic axis, the largest diameter";
                 let what = format!("is {has} along {name}; allowed: from {least} on: {why}");
                 return refuse("--box", what);

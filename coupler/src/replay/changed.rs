@@ -11,12 +11,10 @@ use crate::solvers::Solver;
 /// Keys of a solver's section that start a program.
 const STARTS: [&str; 2] = ["command", "launcher"];
 
-/// The scene that the solver reads, that of a log with `--set`, whose paths count from the current folder; and
-/// the solver: ours, or what `--set` names.
-///
-/// # Errors
-/// [`Failure::Scene`] where a value does not fit, [`Failure::Input`] where a program is named that may not be
-/// started, or the number of grains is another one.
+/// The scene that the solver reads, that of a log with `--set`, whose paths count from the current folder;
+/// and the solver: ours, or what `--set` names. Fails with [`Failure::Scene`] where a value does not fit,
+/// [`Failure::Input`] where a program is named that may not be started, or the number of grains is another
+/// one.
 pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<(CheckedScene, Solver), Failure> {
     if request.overrides.is_empty() {
         return Ok((logged(request, manifest)?, Solver::ours(request.drive)));

@@ -26,11 +26,9 @@ use crate::solo_run::{Setting, Setup, SoloRun, Turn};
 use crate::solvers::Solver;
 
 /// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an
-/// output folder is named. Differences are the result, and no failure.
-///
-/// # Errors
-/// [`Failure`]: a scene that does not fit, a solver that fails, a log that is damaged or breaks off. What was
-/// compared until then is printed and written all the same.
+/// output folder is named. Differences are the result, and no failure. Fails at a scene that does not fit, a
+/// solver that fails, a log that is damaged or breaks off. What was compared until then is printed and
+/// written all the same.
 pub(super) fn compare(
     request: &Replay,
     figure: Figure,

@@ -16,7 +16,7 @@ use super::pictures::{
     self, COLOURS, Frame, HIGH, Instant, Quantity, Raster, Scale, Shape, Slice, Tone, instants,
 };
 use coupler::failure::Failure;
-use coupler::number::Short;
+use coupler::number::{AXES, Short};
 
 /// What `bedload film` was asked.
 #[derive(Clone, Debug, Args)]
@@ -180,7 +180,7 @@ fn draw(frame: &Frame, scale: &Scale, width: usize, mirrored: bool) -> Result<Ra
     let ((west, south), (east, north)) = frame.view;
     let largest = [west, south, east, north].map(f64::abs).into_iter().fold(0.0, f64::max);
     let (unit, symbol) = if largest < 0.1 { (1e-3, "mm") } else { (1.0, "m") };
-    let [x, z] = frame.axes().map(|axis| format!("{}, {symbol}", ["x", "y", "z"][axis]));
+    let [x, z] = frame.axes().map(|axis| format!("{}, {symbol}", AXES[axis]));
     let x = if mirrored { x.replace('x', "r") } else { x };
     // Of a first guess of the size of a pixel: the margin hangs on the numbers, and they on it.
     let levels = |pixel: f64| ticks((south, north), 4.0 * HIGH as f64 * pixel, unit);

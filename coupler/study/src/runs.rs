@@ -76,9 +76,7 @@ fn machine() -> String {
     model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
 }
 
-/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
-///
-/// # Errors
+/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks. Fails with
 /// [`Failure::Input`] if this program or the folders cannot be had; that of a run that was not carried to an
 /// end, once the others have theirs. A run that fails is an outcome.
 pub(crate) fn run_all(

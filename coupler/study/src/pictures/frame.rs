@@ -9,8 +9,7 @@ use bedload_program::alone::motion_at;
 use bedload_scene::{CheckedScene, Geometry};
 
 use crate::folder::files;
-
-const AXES: [&str; 3] = ["x", "y", "z"];
+use coupler::number::AXES;
 
 /// Corners of the outline of a round grain.
 const CORNERS: u32 = 48;

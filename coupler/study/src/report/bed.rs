@@ -3,8 +3,9 @@
 use bedload_output::planes::{PARTS, Plane, Planes};
 
 use super::curves::{Chart, line};
-use super::run_files::{AXES, RunFiles};
+use super::run_files::RunFiles;
 use crate::page::Figure;
+use coupler::number::AXES;
 
 /// Charts of `observe.totals`: caption, unit, and what the names of their columns begin with.
 const TOTALS: [(&str, &str, &[&str]); 8] = [

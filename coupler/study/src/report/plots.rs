@@ -1,9 +1,10 @@
 //! The charts of a run against time: velocity, gap, forces, sub-steps.
 
 use super::curves::{Chart, line};
-use super::run_files::{AXES, RunFiles, column};
+use super::run_files::{RunFiles, column};
 use crate::page::Figure;
 use crate::plot::Series;
+use coupler::number::AXES;
 
 /// Grains drawn in one chart.
 const MOST_GRAINS: usize = 6;

@@ -10,11 +10,10 @@ use serde_json::Value;
 use crate::folder::files;
 use crate::pictures::{Instant, instants};
 use coupler::failure::Failure;
+use coupler::number::AXES;
 
 /// A log above this is not read through for the page; `bedload log info` does that.
 const MOST_LOG_BYTES: u64 = 256 << 20;
-
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Name of the column of a quantity of a grain along an axis.
 pub(super) fn column(quantity: &str, axis: usize, grain: usize) -> String {
