@@ -318,7 +318,8 @@ fn leaving(scene: &CheckedScene) -> Option<String> {
             (!face.contact && !face.kind.is_open() && !stops).then(|| {
                 format!(
                     "{way} leads grains to the {side} face of {name}, which is {kind} and no wall to them: \
-                     they leave the box there; {name}_{side} = {{ type = \"{kind}\", contact = true }} stops them"
+                     they leave the box there; {name}_{side} = {{ type = \"{kind}\", contact = true }} stops \
+                     them"
                 )
             })
         };
