@@ -16,9 +16,6 @@ use crate::proposals;
 use crate::solvers::Solver;
 
 /// Prints the plan, and fails with the names of the bounds that it breaks.
-///
-/// # Errors
-/// [`Failure`].
 pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
     let (options, expected) = &accuracy::resolve(options)?;
     let prepared = Prepared::new(options)?;
@@ -41,10 +38,7 @@ pub fn check(options: &RunOptions, json: bool) -> Result<(), Failure> {
     prepared.refuse_broken()
 }
 
-/// Prints the scene of a cheaper model.
-///
-/// # Errors
-/// [`Failure`], also if there is no proposal of this name.
+/// Prints the scene of a cheaper model; fails if there is no proposal of this name.
 pub fn cheaper(options: &RunOptions, name: &str) -> Result<(), Failure> {
     print!("{}", proposals::cheaper(&Prepared::new(options)?, options, name)?);
     Ok(())

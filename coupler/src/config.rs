@@ -98,32 +98,39 @@ impl Coupling {
         source.refuse_retired(RETIRED)?;
         let coupling = source.section::<Owned>()?.coupling;
         coupling.check_numbers(source)?;
-        coupling.check_iterations(source)?;
         Ok(coupling)
     }
 
     fn check_numbers(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let positive = [
+        let check = |key: &str, value: String, holds: bool, allowed: &str, remedy: &str| {
+            let wrong = || {
+                source.error(&format!("coupling.{key}"), format!("is {value}; allowed: {allowed}"), remedy)
+            };
+            if holds { Ok(()) } else { Err(wrong()) }
+        };
+        for (key, value) in [
             ("max_dt_over_contact_time", self.max_dt_over_contact_time),
             ("steps_per_contact", self.steps_per_contact),
             ("deadline", self.deadline),
             ("startup_deadline", self.startup_deadline),
-        ];
-        for (key, value) in positive {
-            if !(value > 0.0 && value <= 1e9) {
-                let message = format!("is {value}; allowed: 0 < {key} ≤ 1e9");
-                return Err(source.error(&format!("coupling.{key}"), message, "give a positive number"));
-            }
+        ] {
+            let (holds, allowed) = (value > 0.0 && value <= 1e9, format!("0 < {key} ≤ 1e9"));
+            check(key, value.to_string(), holds, &allowed, "give a positive number")?;
         }
-        if !(self.checkpoint_every >= 0.0 && self.checkpoint_every <= 1e9) {
-            let message = format!("is {}; allowed: 0 ≤ checkpoint_every ≤ 1e9", self.checkpoint_every);
-            return Err(source.error(
-                "coupling.checkpoint_every",
-                message,
-                "give seconds of wall time, or 0",
-            ));
-        }
-        Ok(())
+        let (every, allowed) = (self.checkpoint_every, "0 ≤ checkpoint_every ≤ 1e9");
+        let remedy = "give seconds of wall time, or 0";
+        check("checkpoint_every", every.to_string(), (0.0..=1e9).contains(&every), allowed, remedy)?;
+        let Iterations { tolerance, max_iterations, repeat_above } = self.iterations;
+        let (holds, allowed) = (tolerance > 0.0 && tolerance < 1.0, "0 < tolerance < 1");
+        let remedy = "give the relative change of the motion to stop at, such as 1e-4";
+        check("iterations.tolerance", tolerance.to_string(), holds, allowed, remedy)?;
+        let (holds, allowed) = ((2..=1000).contains(&max_iterations), "2 to 1000 attempts");
+        let remedy = "a change takes two attempts to see: give 2 or more, or scheme = \"semi-implicit\"";
+        check("iterations.max_iterations", max_iterations.to_string(), holds, allowed, remedy)?;
+        let (holds, allowed) = ((0.0..1.0).contains(&repeat_above), "0 ≤ repeat_above < 1");
+        let remedy =
+            "give 0 to repeat every window, or such as 1e-3 to repeat those that go otherwise than expected";
+        check("iterations.repeat_above", repeat_above.to_string(), holds, allowed, remedy)
     }
 
     /// Refuses a name in `force` that is no bound: neither one of ours nor one of `own`, those that the
@@ -146,26 +153,6 @@ impl Coupling {
                 "name a bound that `bedload check` prints, or leave it out",
             )),
         }
-    }
-
-    fn check_iterations(&self, source: &SceneSource) -> Result<(), SceneError> {
-        let Iterations { tolerance, max_iterations, repeat_above } = self.iterations;
-        if !(tolerance > 0.0 && tolerance < 1.0) {
-            let message = format!("is {tolerance}; allowed: 0 < tolerance < 1");
-            let help = "give the relative change of the motion to stop at, such as 1e-4";
-            return Err(source.error("coupling.iterations.tolerance", message, help));
-        }
-        if !(2..=1000).contains(&max_iterations) {
-            let message = format!("is {max_iterations}; allowed: 2 to 1000 attempts");
-            let help = "a change takes two attempts to see: give 2 or more, or scheme = \"semi-implicit\"";
-            return Err(source.error("coupling.iterations.max_iterations", message, help));
-        }
-        if !(0.0..1.0).contains(&repeat_above) {
-            let message = format!("is {repeat_above}; allowed: 0 ≤ repeat_above < 1");
-            let help = "give 0 to repeat every window, or such as 1e-3 to repeat those that go otherwise than expected";
-            return Err(source.error("coupling.iterations.repeat_above", message, help));
-        }
-        Ok(())
     }
 
     /// The order of the exchange that the scene names, or the fluid's own.

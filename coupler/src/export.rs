@@ -4,20 +4,27 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::{OutputFolder, atomic_write};
+use clap::Args;
 
 use crate::failure::Failure;
 
-/// Kind of viewer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Viewer {
-    /// ParaView and the like: fields of the fluid.
-    Vtk,
-    /// ParaView: a script that opens fields and grains.
-    Paraview,
-    /// Tables.
-    Csv,
-    /// Foxglove, Lichtblick, Rerun: the log, which has channels for them.
-    Foxglove,
+/// The viewer that files are for, one of these.
+#[derive(Clone, Copy, Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct Viewer {
+    /// Fields for ParaView
+    #[arg(long)]
+    vtk: bool,
+    /// A script that opens them in ParaView, with grains as spheres: paraview --script=FILE, or pvbatch FILE
+    /// PICTURE.png
+    #[arg(long)]
+    paraview: bool,
+    /// Tables
+    #[arg(long)]
+    csv: bool,
+    /// The log, with channels for Foxglove, Lichtblick and Rerun
+    #[arg(long)]
+    foxglove: bool,
 }
 
 /// Prints the files of a run for `viewer`.
@@ -30,15 +37,15 @@ pub fn export(folder: &Path, viewer: Viewer) -> Result<(), Failure> {
         "a fluid alone without grains exchanges nothing and has no log; others have one without --no-record";
     let of_fields = "ask for them with [observe] fields_at or fields_every, and run again";
     let (files, remedy) = match viewer {
-        Viewer::Vtk => (fields(&folder), of_fields),
-        Viewer::Paraview if fields(&folder).is_empty() => (Vec::new(), of_fields),
-        Viewer::Paraview => (vec![script(&folder)?], of_fields),
-        Viewer::Csv => {
+        Viewer { vtk: true, .. } => (fields(&folder), of_fields),
+        Viewer { paraview: true, .. } if fields(&folder).is_empty() => (Vec::new(), of_fields),
+        Viewer { paraview: true, .. } => (vec![script(&folder)?], of_fields),
+        Viewer { csv: true, .. } => {
             let tables = [folder.series(), folder.planes(), folder.profile(), folder.grains()];
             (existing(tables), "the run was killed before its first row")
         }
         // A resume begins a new part.
-        Viewer::Foxglove => (existing((1..folder.next_log_part()).map(|part| folder.log_part(part))), of_log),
+        _ => (existing((1..folder.next_log_part()).map(|part| folder.log_part(part))), of_log),
     };
     if files.is_empty() {
         return Err(Failure::Input(format!("{} holds no such files: {remedy}", folder.root().display())));

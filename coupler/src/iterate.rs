@@ -60,7 +60,6 @@ pub(crate) struct MonitorState {
 }
 
 impl ConvergenceMonitor {
-    /// For the grains of a scene.
     pub(crate) fn new(scene: &CheckedScene, rule: Iterations, state: MonitorState) -> Self {
         Self {
             rule,
@@ -147,7 +146,7 @@ impl ConvergenceMonitor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::test_scenes::scene;
 
     const SCENE: &str = r#"
 until = 1.0
@@ -168,9 +167,8 @@ density = 4.0
 "#;
 
     fn watch(max_iterations: u64) -> ConvergenceMonitor {
-        let scene = CheckedScene::new(SceneSource { file: "test.toml".into(), text: SCENE.into() });
         let rule = Iterations { tolerance: 1e-3, max_iterations, ..Iterations::default() };
-        ConvergenceMonitor::new(&scene.expect("a good scene"), rule, MonitorState::default())
+        ConvergenceMonitor::new(&scene(SCENE), rule, MonitorState::default())
     }
 
     fn window(attempt: u64) -> Window {

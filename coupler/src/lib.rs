@@ -54,5 +54,7 @@ mod scratch;
 mod solo_run;
 mod solvers;
 mod supervise;
+#[cfg(test)]
+mod test_scenes;
 mod unstable;
 pub mod verify;

@@ -62,9 +62,6 @@ pub struct CatOptions {
 }
 
 /// Reads `A..B` (both included), `A..`, `..B` or `A`.
-///
-/// # Errors
-/// [`LogCommandError::Usage`].
 pub fn parse_steps(text: &str) -> Result<RangeInclusive<u64>, LogCommandError> {
     let usage = || LogCommandError::Usage(format!("--step {text}: give A..B, A.., ..B or A"));
     let number = |word: &str, open: u64| match word {

@@ -79,7 +79,7 @@ pub(crate) fn loads(window: &Window, loads: &[Loads]) -> Result<(), Failure> {
 /// Headers must be of the window's time, and what they report must be numbers.
 pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Result<(), Failure> {
     for (solver, message, header) in [("fluid", "Loads", loads), ("dem", "Kinematics", motion)] {
-        let refuse = |field: &str, value: f64, wanted: String| {
+        let refuse = |field: &str, value: f64, wanted: &str| {
             Err(Failure::Run(format!(
                 "the {solver} solver sent {message} with {field} = {value} in the header of window {} (t = \
                  {} s), {wanted}",
@@ -89,22 +89,16 @@ pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Resul
         for (field, value, wanted) in [("time", header.time, window.time), ("dt", header.dt, window.dt)] {
             // A solver may compute them anew, and round.
             if (value - wanted).abs() > 1e-9 * (window.time.abs() + window.dt) || value.is_nan() {
-                return refuse(
-                    field,
-                    value,
-                    format!("where {wanted} was ordered: it does not keep the coupler's time"),
-                );
+                let what = format!("where {wanted} was ordered: it does not keep the coupler's time");
+                return refuse(field, value, &what);
             }
         }
-        if header.smallest_gap.is_nan() {
-            return refuse(
-                "smallest_gap",
-                header.smallest_gap,
-                "which is no number (infinite: nothing near)".into(),
-            );
+        let Header { smallest_gap, largest_overlap, .. } = *header;
+        if smallest_gap.is_nan() {
+            return refuse("smallest_gap", smallest_gap, "which is no number (infinite: nothing near)");
         }
-        if !(header.largest_overlap >= 0.0 && header.largest_overlap.is_finite()) {
-            return refuse("largest_overlap", header.largest_overlap, "allowed: a finite number ≥ 0".into());
+        if !(largest_overlap >= 0.0 && largest_overlap.is_finite()) {
+            return refuse("largest_overlap", largest_overlap, "allowed: a finite number ≥ 0");
         }
     }
     Ok(())
@@ -113,23 +107,14 @@ pub(crate) fn headers(window: &Window, loads: &Header, motion: &Header) -> Resul
 /// What the solvers report of a window must be numbers.
 pub(crate) fn reports(window: &Window, fluid: &Status, dem: &Status) -> Result<(), Failure> {
     for (solver, status) in [("fluid", fluid), ("dem", dem)] {
+        let Status { dt_limit, solver_s, exchange_s, residual, pressure_gradient, .. } = *status;
         let counted = |value: f64| value >= 0.0 && value.is_finite();
         for (field, value, good, allowed) in [
-            (
-                "dt_limit",
-                status.dt_limit,
-                status.dt_limit > 0.0,
-                "a positive number, infinite where it does not care",
-            ),
-            ("solver_s", status.solver_s, counted(status.solver_s), "a finite number ≥ 0"),
-            ("exchange_s", status.exchange_s, counted(status.exchange_s), "a finite number ≥ 0"),
-            ("residual", status.residual, counted(status.residual), "a finite number ≥ 0"),
-            (
-                "pressure_gradient",
-                status.pressure_gradient,
-                status.pressure_gradient.is_finite(),
-                "a finite number",
-            ),
+            ("dt_limit", dt_limit, dt_limit > 0.0, "a positive number, infinite where it does not care"),
+            ("solver_s", solver_s, counted(solver_s), "a finite number ≥ 0"),
+            ("exchange_s", exchange_s, counted(exchange_s), "a finite number ≥ 0"),
+            ("residual", residual, counted(residual), "a finite number ≥ 0"),
+            ("pressure_gradient", pressure_gradient, pressure_gradient.is_finite(), "a finite number"),
         ] {
             if !good {
                 return Err(Failure::Run(format!(
@@ -156,10 +141,8 @@ pub(crate) fn places(window: &Window, motion: &[Kinematics], scene: &CheckedScen
     for (number, (now, grain)) in motion.iter().zip(&scene.grains).enumerate() {
         let length = now.orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
         if (length - 1.0).abs() > UNIT {
-            return refuse(
-                number,
-                format!("orientation = {:?}, of length {length}; allowed: 1", now.orientation),
-            );
+            let what = format!("orientation = {:?}, of length {length}; allowed: 1", now.orientation);
+            return refuse(number, what);
         }
         for (component, place) in now.position.into_iter().enumerate() {
             let [low, high] = limits[component];

@@ -6,7 +6,7 @@ use protocol::scheme::{Iterations, Scheme};
 
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
-use crate::number::Short;
+use crate::number::{AXES, Short};
 use bedload_scene::speeds::{drive, volume, weights};
 
 /// Overlap over radius that is hardly felt: a contact time that allows no more is shorter than it need be.
@@ -206,7 +206,7 @@ fn unbalanced_gravity(scene: &CheckedScene) -> Option<String> {
     if held || sticks || !scene.scene.walls.is_empty() {
         return None;
     }
-    let name = ["x", "y", "z"][domain.geometry.component(along)];
+    let name = AXES[domain.geometry.component(along)];
     let until = scene.scene.until;
     let Some(medium) = &scene.scene.medium else {
         let speed = scene.scene.largest_gravity() * until;
@@ -307,31 +307,24 @@ fn leaving(scene: &CheckedScene) -> Option<String> {
             let grain = scene.grains[..scene.present()].iter().find(is_led)?;
             let face = if down > 0.0 { Some(&faces.upper) } else { faces.lower.as_ref() }?;
             let stops = walls.iter().any(|wall| wall.normal[component] * down < 0.0);
-            let name = ["x", "y", "z"][component];
+            let name = AXES[component];
             let side = if down > 0.0 { "upper" } else { "lower" };
             let way = if grain.density > scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density) {
                 "weight"
             } else {
                 "buoyancy"
             };
+            let kind = if face.kind == WallKind::NoSlip { "no-slip" } else { "free-slip" };
             (!face.contact && !face.kind.is_open() && !stops).then(|| {
                 format!(
-                    "{way} leads grains to the {side} face of {name}, which is {} and no wall to them: they \
-                     leave the box there; {name}_{side} = {{ type = \"{}\", contact = true }} stops them",
-                    face_name(face.kind),
-                    face_name(face.kind)
+                    "{way} leads grains to the {side} face of {name}, which is {kind} and no wall to them: \
+                     they leave the box there; {name}_{side} = {{ type = \"{kind}\", contact = true }} stops \
+                     them"
                 )
             })
         };
         [-1.0, 1.0].into_iter().find_map(leads_to)
     })
-}
-
-fn face_name(kind: WallKind) -> &'static str {
-    match kind {
-        WallKind::NoSlip => "no-slip",
-        _ => "free-slip",
-    }
 }
 
 /// Cells that are no cubes.

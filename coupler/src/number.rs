@@ -4,6 +4,9 @@ use std::fmt;
 
 pub use bedload_scene::speeds::norm;
 
+/// Letters of the components of a vector.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// A number with few digits, whatever its size, in plain letters: `0.0625`, `4.340e-4`.
 #[derive(Clone, Copy, Debug)]
 pub struct Short(pub f64);

@@ -75,17 +75,17 @@ impl Prepared {
         Ok(Self { scene, coupling, fluid, dem, plan })
     }
 
+    /// The solvers of the fluid and of the DEM, as far as they take part.
+    pub(crate) fn solvers(&self) -> [Option<&Solver>; 2] {
+        [self.fluid.as_ref().map(|fluid| &fluid.solver), self.dem.as_ref().map(|dem| &dem.solver)]
+    }
+
     /// Does a solver that is not ours take part?
     pub fn has_others(&self) -> bool {
-        let fluid = self.fluid.as_ref().map(|fluid| &fluid.solver);
-        let dem = self.dem.as_ref().map(|dem| &dem.solver);
-        fluid.into_iter().chain(dem).any(|solver| !solver.is_ours())
+        self.solvers().into_iter().flatten().any(|solver| !solver.is_ours())
     }
 
     /// Refuses a plan that breaks a bound.
-    ///
-    /// # Errors
-    /// [`Failure::Bounds`].
     pub fn refuse_broken(&self) -> Result<(), Failure> {
         let broken: Vec<_> = self.plan.refusals().collect();
         if broken.is_empty() { Ok(()) } else { Err(Bound::broken(&broken)) }

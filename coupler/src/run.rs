@@ -6,7 +6,6 @@ use std::time::Instant;
 use bedload_output::{OutputFolder, Sides, Summary};
 use bedload_program::{Interrupts, Job, LogKind, Loudness, RunOptions, VERSION, summarise};
 use protocol::channel::remove_stale_runs;
-use protocol::participant::Role;
 use rustix::process::Signal;
 
 use crate::by_itself::Silence;
@@ -68,7 +67,6 @@ pub(crate) fn listen() -> Result<Interrupts, Failure> {
     Interrupts::listen(3)
 }
 
-/// Makes the run that is prepared.
 pub(crate) fn carry_out(
     options: &RunOptions,
     prepared: &Prepared,
@@ -91,11 +89,8 @@ fn coupled(
     let begin = Instant::now();
     let folder = options.folder(&prepared.scene)?;
     let (coupling, plan) = (&prepared.coupling, &prepared.plan);
-    let command = |solver: Option<&Solver>| solver.map_or_else(Vec::new, |solver| solver.command.clone());
-    let log = LogKind::Coupled {
-        fluid: command(prepared.fluid.as_ref().map(|fluid| &fluid.solver)),
-        dem: command(prepared.dem.as_ref().map(|dem| &dem.solver)),
-    };
+    let [fluid, dem] = prepared.solvers().map(|solver| solver.map_or_else(Vec::new, |s| s.command.clone()));
+    let log = LogKind::Coupled { fluid, dem };
     let job = Job {
         program: "bedload",
         scene: &prepared.scene,
@@ -130,34 +125,21 @@ fn alone(
             supervisor.signal(if count == 1 { Signal::INT } else { Signal::KILL });
         }
     })?;
-    let exit = match exit {
-        Ok(exit) => exit,
-        Err(what) => return lost(options, prepared, solver.role, &what, false, report),
-    };
-    match exit.code() {
-        Some(0) => {
+    let (what, interrupted) = match exit.map(|exit| (exit.code(), exit.to_string())) {
+        Ok((Some(0), _)) => {
             draw(&options.out_path(), report);
-            Ok(())
+            return Ok(());
         }
-        Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
-        None => lost(options, prepared, solver.role, &exit.to_string(), passed_on > 0, report),
-    }
-}
-
-/// The solver was killed and wrote no summary: it is written here.
-fn lost(
-    options: &RunOptions,
-    prepared: &Prepared,
-    role: Role,
-    what: &str,
-    interrupted: bool,
-    report: Report,
-) -> Result<(), Failure> {
-    let failure = if interrupted {
-        Failure::Interrupted(format!("{} was killed", supervise::program(role)))
-    } else {
-        Failure::Peer(what.to_owned())
+        Ok((Some(code), _)) => return Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
+        Ok((None, what)) => (what, passed_on > 0),
+        Err(what) => (what, false),
     };
+    let failure = if interrupted {
+        Failure::Interrupted(format!("{} was killed", supervise::program(solver.role)))
+    } else {
+        Failure::Peer(what)
+    };
+    // The solver wrote no summary: it is written here.
     if let Ok(folder) = OutputFolder::open(&options.out_path()) {
         let mut summary = Summary::new(&prepared.scene, VERSION);
         let failed = summarise(&folder, &mut summary, Err(failure));
@@ -176,14 +158,9 @@ fn alone_arguments(options: &RunOptions, solver: &Solver) -> Vec<OsString> {
     if let Some(threads) = options.threads {
         arguments.extend(["--threads".into(), threads.to_string().into()]);
     }
-    if options.resume {
-        arguments.push("--resume".into());
-    }
-    if options.overwrite {
-        arguments.push("--overwrite".into());
-    }
-    if options.no_record {
-        arguments.push("--no-record".into());
+    let RunOptions { resume, overwrite, no_record, .. } = *options;
+    for (flag, is_given) in [("--resume", resume), ("--overwrite", overwrite), ("--no-record", no_record)] {
+        arguments.extend(is_given.then(|| flag.into()));
     }
     arguments.extend(Loudness::option().filter(|_| solver.is_ours()).map(OsString::from));
     // Only where it says something: a solver of another need not know the option.

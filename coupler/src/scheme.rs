@@ -125,7 +125,6 @@ pub struct Planner {
     plan: Plan,
     substeps: Substeps,
     observe: Observe,
-    ahead: usize,
     state: PlannerState,
 }
 
@@ -142,12 +141,7 @@ impl Planner {
             quiet: std::iter::repeat_n(-1.0, ahead).collect(),
             limit: f64::INFINITY,
         };
-        Self { plan: plan.clone(), substeps: coupling.substeps, observe: observe.clone(), ahead, state }
-    }
-
-    /// Windows that may be on their way at once.
-    pub fn ahead(&self) -> usize {
-        self.ahead
+        Self { plan: plan.clone(), substeps: coupling.substeps, observe: observe.clone(), state }
     }
 
     /// Next window to plan.
@@ -231,10 +225,7 @@ impl Planner {
         // Multiplied, not summed: a million windows add no rounding. After the last two windows of a run that
         // now goes on, which share what was left, the time is no multiple.
         let regular = !self.plan.adaptive && dt == fixed && (self.state.time - begun).abs() < 1e-6 * fixed;
-        self.state.time = match regular {
-            true => self.state.step as f64 * fixed,
-            false => self.state.time + dt,
-        };
+        self.state.time = if regular { self.state.step as f64 * fixed } else { self.state.time + dt };
         if self.plan.until - self.state.time <= 1e-9 * dt {
             self.state.time = self.plan.until;
         }

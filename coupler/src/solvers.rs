@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
 use crate::scratch::scratch;
-use crate::supervise::program;
+use crate::supervise::{command_of, program};
 
 /// A solver as a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,7 +76,6 @@ impl Solver {
                 && real(command) == real(own))
     }
 
-    /// The command as one line.
     pub(crate) fn line(&self) -> String {
         self.command.join(" ")
     }
@@ -93,14 +92,24 @@ impl Solver {
         })
     }
 
-    /// What the solver says of a scene; `None` from a foreign solver that does not know `check`.
+    /// Commands that the scene names are started only where that is allowed.
+    fn may_be_asked(&self, ask: Ask) -> bool {
+        ask.commands || self.is_ours()
+    }
+
+    /// What the solver says of a scene; `None` from a foreign solver that does not know `check`, or that is
+    /// not to be asked.
     fn facts<F: DeserializeOwned>(
         &self,
         scene: &CheckedScene,
         path: &Path,
         overrides: &[String],
-        limit: Duration,
+        ask: Ask,
     ) -> Result<Option<F>, Failure> {
+        if !self.may_be_asked(ask) {
+            return Ok(None);
+        }
+        let limit = patience(ask.limit, scene.grains.len());
         if self.is_ours() {
             return self.facts_of(scene, path, overrides, limit);
         }
@@ -180,14 +189,8 @@ pub(crate) fn fluid_facts(
     overrides: &[String],
     ask: Ask,
 ) -> Result<FluidFacts, Failure> {
-    let foreign = !solver.is_ours();
-    let asked = ask.commands || !foreign;
-    let known = if asked {
-        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
-    } else {
-        None
-    };
-    let mut facts: FluidFacts = match known {
+    let (foreign, asked) = (!solver.is_ours(), solver.may_be_asked(ask));
+    let mut facts: FluidFacts = match solver.facts(scene, path, overrides, ask)? {
         Some(facts) => facts,
         None => {
             let domain = &scene.scene.domain;
@@ -195,7 +198,11 @@ pub(crate) fn fluid_facts(
                 cells: domain.cell_count() as u64,
                 dt: match section_number(scene, "fluid", &scene.scene.fluid, "dt")? {
                     Some(dt) => dt,
-                    None if asked => return Err(needs_dt(scene).into()),
+                    None if asked => {
+                        let what = "its solver does not say what step it needs, and the section has no dt";
+                        let remedy = "add dt = …, a positive number of seconds";
+                        return Err(scene.source.error("fluid", what, remedy).into());
+                    }
                     None => scene.scene.until,
                 },
                 spacing: domain.smallest_spacing(),
@@ -226,12 +233,7 @@ pub(crate) fn dem_facts(
     overrides: &[String],
     ask: Ask,
 ) -> Result<DemFacts, Failure> {
-    let asked = ask.commands || solver.is_ours();
-    let known = if asked {
-        solver.facts(scene, path, overrides, patience(ask.limit, scene.grains.len()))?
-    } else {
-        None
-    };
+    let (asked, known) = (solver.may_be_asked(ask), solver.facts(scene, path, overrides, ask)?);
     if solver.is_ours()
         && let Some(facts) = known
     {
@@ -252,10 +254,8 @@ pub(crate) fn dem_facts(
         refuse_changes(solver, scene, |key| !key.starts_with("medium"))?;
     }
     if scene.scene.observe.substeps.is_some() {
-        let line = solver.line();
-        facts
-            .notices
-            .push(format!("observe.substeps: bedload-dem writes it, the dem solver `{line}` need not"));
+        let (line, what) = (solver.line(), "observe.substeps: bedload-dem writes it");
+        facts.notices.push(format!("{what}, the dem solver `{line}` need not"));
     }
     // The scene's own word binds whoever reads it.
     let of_scene = match section.get("contact") {
@@ -316,14 +316,6 @@ fn unknown(solver: &Solver, asked: bool) -> String {
     )
 }
 
-fn needs_dt(scene: &CheckedScene) -> Box<SceneError> {
-    Box::new(scene.source.error(
-        "fluid",
-        "its solver does not say what step it needs, and the section has no dt".to_owned(),
-        "add dt = …, a positive number of seconds",
-    ))
-}
-
 /// A positive number that a section holds for a solver that says nothing of itself.
 fn section_number(
     scene: &CheckedScene,
@@ -333,14 +325,10 @@ fn section_number(
 ) -> Result<Option<f64>, Box<SceneError>> {
     let Some(value) = table.get(key) else { return Ok(None) };
     let number = value.as_float().or(value.as_integer().map(|whole| whole as f64));
-    match number.filter(|number| *number > 0.0 && number.is_finite()) {
-        Some(number) => Ok(Some(number)),
-        None => Err(Box::new(scene.source.error(
-            &format!("{section}.{key}"),
-            format!("is {value}; allowed: a finite number > 0"),
-            "give a positive number",
-        ))),
-    }
+    number.filter(|number| *number > 0.0 && number.is_finite()).map(Some).ok_or_else(|| {
+        let what = format!("is {value}; allowed: a finite number > 0");
+        Box::new(scene.source.error(&format!("{section}.{key}"), what, "give a positive number"))
+    })
 }
 
 /// A program beside this one, or its bare name, which the system looks for on PATH.
@@ -390,13 +378,9 @@ fn judge(facts: &toml::Table, scene: &CheckedScene) -> Result<(), String> {
     if let Some(value) = number("grains").filter(|value| *value != grains as f64) {
         return wrong("grains", value, &format!("{grains}, as many as the scene has"));
     }
-    let far = FAR * diagonal(scene);
-    match number("interaction_range").filter(|range| *range > far && range.is_finite()) {
-        Some(value) => {
-            wrong("interaction_range", value, &format!("at most {far}, null where it is not known"))
-        }
-        None => Ok(()),
-    }
+    let (far, range) = (FAR * diagonal(scene), "interaction_range");
+    let beyond = number(range).filter(|value| *value > far && value.is_finite());
+    beyond.map_or(Ok(()), |it| wrong(range, it, &format!("at most {far}, null where it is not known")))
 }
 
 /// Of the box, m.
@@ -433,11 +417,7 @@ struct Answer {
 }
 
 fn ask(command: &[String], arguments: &[OsString], limit: Duration) -> std::io::Result<Answer> {
-    let Some((executable, leading)) = command.split_first() else {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
-    };
-    let mut asked = Command::new(executable);
-    asked.args(leading).args(arguments);
+    let mut asked = command_of(command, arguments)?;
     protocol::detail!("bedload: asks {asked:?}");
     let mut child = asked.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
@@ -486,16 +466,8 @@ fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<JoinHan
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::test_scenes::two_grains;
     use protocol::facts::{Measure, Side, SolverBound};
-
-    fn two_grains() -> CheckedScene {
-        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [8, 4, 4]\n\
-                    boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
-                    [[grains]]\nposition = [1, 2, 2]\nradius = 0.5\ndensity = 2.0\n\
-                    [[grains]]\nposition = [7, 2, 2]\nradius = 0.5\ndensity = 2.0\n";
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("a scene")
-    }
 
     #[test]
     fn an_infinite_fact_survives_json() {

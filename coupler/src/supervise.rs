@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use bedload_program::Heartbeats;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use protocol::participant::Role;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
@@ -21,7 +22,7 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 const LAST_LINES: usize = 20;
 /// Bytes of a line of stderr that are kept: a bar that a solver draws has no line break.
 const LONGEST_LINE: usize = 4096;
-/// How often a wait for several children looks.
+/// How often a wait looks.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// What became of a child.
@@ -33,7 +34,6 @@ pub(crate) struct Exit {
 }
 
 impl Exit {
-    /// Was it killed by a signal?
     pub(crate) fn was_killed(&self) -> bool {
         self.status.is_none_or(|status| status.signal().is_some())
     }
@@ -47,13 +47,10 @@ impl Exit {
 impl std::fmt::Display for Exit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let process = program(self.role);
-        match self.status {
-            None => write!(f, "{process} is gone"),
-            Some(status) => match (status.code(), status.signal()) {
-                (Some(code), _) => write!(f, "{process} left with exit code {code}"),
-                (None, Some(signal)) => write!(f, "{process} was killed by signal {signal}"),
-                (None, None) => write!(f, "{process} is gone"),
-            },
+        match (self.code(), self.status.and_then(|status| status.signal())) {
+            (Some(code), _) => write!(f, "{process} left with exit code {code}"),
+            (None, Some(signal)) => write!(f, "{process} was killed by signal {signal}"),
+            (None, None) => write!(f, "{process} is gone"),
         }
     }
 }
@@ -64,6 +61,21 @@ pub(crate) fn program(role: Role) -> &'static str {
         Role::Fluid => "bedload-fluid",
         Role::Dem => "bedload-dem",
     }
+}
+
+/// A command of an executable with its leading arguments, and others.
+pub(crate) fn command_of(program: &[String], arguments: &[OsString]) -> std::io::Result<Command> {
+    let empty = || std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty");
+    let (executable, leading) = program.split_first().ok_or_else(empty)?;
+    let mut command = Command::new(executable);
+    command.args(leading).args(arguments);
+    Ok(command)
+}
+
+/// A role as a command line names it.
+pub(crate) fn role() -> impl TypedValueParser<Value = Role> {
+    PossibleValuesParser::new(["fluid", "dem"])
+        .map(|name| if name == "fluid" { Role::Fluid } else { Role::Dem })
 }
 
 /// Where a child's words go.
@@ -118,11 +130,8 @@ impl Supervisor {
         arguments: &[OsString],
         words: StderrMode,
     ) -> std::io::Result<()> {
-        let Some((executable, leading)) = program.split_first() else {
-            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "the command is empty"));
-        };
-        let mut command = Command::new(executable);
-        command.args(leading).args(arguments).process_group(0);
+        let mut command = command_of(program, arguments)?;
+        command.process_group(0);
         protocol::detail!("bedload: starts {command:?}");
         command.env(bedload_program::PARENT, bedload_program::parent_name());
         command.envs(self.heartbeats.as_ref().map(Heartbeats::variable));
@@ -166,22 +175,20 @@ impl Supervisor {
 
     /// Waits at most `limit` until every child has exited.
     pub(crate) fn wait_all(&self, limit: Duration) -> bool {
-        let start = Instant::now();
-        while locked(&self.exits).len() < self.children.len() {
-            if start.elapsed() >= limit {
-                return false;
-            }
-            std::thread::sleep(LOOK_EVERY);
+        wait_for(limit, || locked(&self.exits).len() >= self.children.len())
+    }
+
+    /// Waits at most `limit` until the one child has left.
+    pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
+        if !self.wait_all(limit) {
+            return Err(format!("was still there after {:.1} s", limit.as_secs_f64()));
         }
-        true
+        self.exits().pop().ok_or_else(|| "is gone, and nobody knows how".into())
     }
 
     /// Waits at most `limit` until a child has exited.
     pub(crate) fn wait_any(&self, limit: Duration) {
-        let start = Instant::now();
-        while !self.any_exit() && start.elapsed() < limit {
-            std::thread::sleep(LOOK_EVERY);
-        }
+        wait_for(limit, || self.any_exit());
     }
 
     /// Sends `signal` to every child that lives.
@@ -214,6 +221,18 @@ impl Drop for Supervisor {
             self.wait_all(Duration::from_secs(5));
         }
     }
+}
+
+/// Waits at most `limit` until `done`; says whether it was.
+pub(crate) fn wait_for(limit: Duration, done: impl Fn() -> bool) -> bool {
+    let start = Instant::now();
+    while !done() {
+        if start.elapsed() >= limit {
+            return false;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    true
 }
 
 fn pid_of(child: &Child) -> Option<Pid> {

@@ -16,6 +16,8 @@ use protocol::message::Kinematics;
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
 
+use crate::number::AXES;
+
 /// What was seen so far: part of a checkpoint. A run that is resumed when its grains rest would else take the
 /// last digits of their speeds for the largest speed so far, and their alternation for one that counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -37,7 +39,6 @@ pub(crate) struct Alternation {
 }
 
 impl Alternation {
-    /// For the free grains of a scene.
     pub(crate) fn new(scene: &CheckedScene) -> Self {
         let free = scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let free: Vec<_> = free.map(|(index, grain)| (index, grain.radius, grain.mass())).collect();
@@ -49,7 +50,6 @@ impl Alternation {
         }
     }
 
-    /// What was seen so far.
     pub(crate) fn seen(&self) -> &Seen {
         &self.seen
     }
@@ -74,7 +74,7 @@ impl Alternation {
         beyond.or_else(|| {
             let (channel, place, value) = largest?;
             let what = ["velocity", "spin"][value / 3];
-            let what = format!("{what}_{} of grain {}", ["x", "y", "z"][value % 3], self.free[place].0);
+            let what = format!("{what}_{} of grain {}", AXES[value % 3], self.free[place].0);
             Some(channel.found(&what, window, (scale, "the largest speed")))
         })
     }
@@ -87,7 +87,7 @@ pub(crate) const REMEDY: &str = "lower the fluid's dt, use coupling.scheme = \"i
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::test_scenes::scene;
 
     const BOX: &str = "until = 1e9\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [4, 4, 4]\n\
                        boundary = { x = \"periodic\", y = \"periodic\", z = \"periodic\" }\n";
@@ -104,8 +104,7 @@ mod tests {
     /// The same for a run that goes on from a checkpoint before window `resumed`.
     fn ends_resumed(signal: impl Fn(u64) -> f64, resumed: u64) -> Option<u64> {
         let grain = "[[grains]]\nposition = [2, 2, 2]\nradius = 0.5\ndensity = 1.0\nvelocity = [0, 0, 1.0]\n";
-        let text = format!("{BOX}{grain}");
-        let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).unwrap();
+        let scene = scene(format!("{BOX}{grain}"));
         let mut watch = Alternation::new(&scene);
         (0..2000).find(|step| {
             if *step == resumed {
@@ -177,8 +176,7 @@ mod tests {
                     0.2 + 0.4 * f64::from(k)
                 );
             }
-            let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).unwrap();
-            let mut watch = Alternation::new(&scene);
+            let mut watch = Alternation::new(&scene(text));
             (0..200).any(|step| {
                 let moved: Vec<Kinematics> = (0..100)
                     .map(|grain| {

@@ -1,14 +1,11 @@
 //! Runs of the real programs: small scenes, folders that clean up after themselves, processes found
-//! and killed.
+//! and killed. Whatever does not go as a test expects panics.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// A program of the workspace, as cargo built it beside this one.
-///
-/// # Panics
-/// If it is not there: `cargo build --release` and `cargo test --workspace` build it.
 pub fn program(name: &str) -> PathBuf {
     let own = std::env::current_exe().expect("this program has a path");
     // A test lies in target/<profile>/deps, an example in target/<profile>/examples.
@@ -18,9 +15,6 @@ pub fn program(name: &str) -> PathBuf {
 }
 
 /// Is a table of the repository stale, by docs/evidence.csv?
-///
-/// # Panics
-/// If the file does not name the table.
 pub fn is_stale(table: &str) -> bool {
     let evidence = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence.csv");
     let text = std::fs::read_to_string(evidence).expect("docs/evidence.csv");
@@ -33,9 +27,6 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     /// An empty folder for the test `name`.
-    ///
-    /// # Panics
-    /// If the system refuses.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("bedload-test-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
@@ -49,9 +40,6 @@ impl Folder {
     }
 
     /// Writes a file in it.
-    ///
-    /// # Panics
-    /// If the system refuses.
     pub fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.join(name);
         std::fs::write(&path, text).expect("a file for the test");
@@ -68,17 +56,11 @@ impl Drop for Folder {
 }
 
 /// Runs `bedload` with arguments to its end.
-///
-/// # Panics
-/// If it does not start.
 pub fn bedload<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Output {
     Command::new(program("bedload")).args(arguments).output().expect("bedload starts")
 }
 
 /// Starts `bedload` with arguments, its output captured.
-///
-/// # Panics
-/// If it does not start.
 pub fn start<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Child {
     Command::new(program("bedload"))
         .args(arguments)
@@ -96,9 +78,6 @@ pub fn said(output: &Output) -> String {
 
 /// What headless Chromium says of a page in a window of this size, without network; none where there is no
 /// such browser, which is said.
-///
-/// # Panics
-/// If the browser does not start.
 pub fn browse(page: &Path, (width, height): (u32, u32), arguments: &[&str]) -> Option<String> {
     let browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
         .into_iter()
@@ -121,27 +100,18 @@ pub fn browse(page: &Path, (width, height): (u32, u32), arguments: &[&str]) -> O
 }
 
 /// A metric of `summary.json`.
-///
-/// # Panics
-/// If the file or the metric is not there.
 pub fn metric(folder: &Path, name: &str) -> f64 {
     let value = &summary(folder)["metrics"][name]["value"];
     value.as_f64().unwrap_or_else(|| panic!("{name} is {value} in {}", folder.display()))
 }
 
 /// `summary.json`.
-///
-/// # Panics
-/// If it cannot be read.
 pub fn summary(folder: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(folder.join("summary.json")).expect("summary.json");
     serde_json::from_str(&text).expect("summary.json is JSON")
 }
 
 /// Runs a scene into `out` with further arguments, to its end.
-///
-/// # Panics
-/// If it does not end well.
 pub fn complete(scene: &Path, out: &Path, more: &[&str]) {
     let mut arguments = vec!["run", scene.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")];
     arguments.extend(more);
@@ -150,9 +120,6 @@ pub fn complete(scene: &Path, out: &Path, more: &[&str]) {
 }
 
 /// Numbers of a column of `series.csv`.
-///
-/// # Panics
-/// If there is none.
 pub fn column(out: &Path, name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(out.join("series.csv")).expect("series.csv");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -161,10 +128,7 @@ pub fn column(out: &Path, name: &str) -> Vec<String> {
     lines.map(|line| line.split(',').nth(place).expect("a cell").to_owned()).collect()
 }
 
-/// Waits until `done`, at most `seconds`; says how long it took.
-///
-/// # Errors
-/// If it is not done by then.
+/// Waits until `done`, at most `seconds`; says how long it took, if it did not take longer.
 pub fn wait_until(seconds: f64, mut done: impl FnMut() -> bool) -> Result<Duration, String> {
     let begin = Instant::now();
     while !done() {
@@ -232,9 +196,6 @@ pub fn is_alive(pid: u32) -> bool {
 }
 
 /// Sends a signal by name (`KILL`, `INT`, `STOP`).
-///
-/// # Panics
-/// If `kill` is missing.
 pub fn signal(pid: u32, name: &str) {
     let _ = Command::new("kill").args([&format!("-{name}"), &pid.to_string()]).status().expect("kill");
 }

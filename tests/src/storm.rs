@@ -3,7 +3,7 @@
 //! once more, ends with the bits of one that was left alone.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Output};
@@ -109,10 +109,7 @@ impl Strike {
     }
 }
 
-/// Does the storm; `tell` hears of every kill.
-///
-/// # Panics
-/// If the system refuses what the storm itself needs.
+/// Does the storm; `tell` hears of every kill. Panics where the system refuses what the storm itself needs.
 pub fn storm(plan: &Plan, tell: &mut dyn FnMut(&Report)) -> Report {
     let mut report = Report::default();
     let mut random = Random::new(plan.seed);
@@ -258,12 +255,8 @@ impl<'a> Run<'a> {
         let family = self.family(&child);
         let traces = Traces::of(&family);
         signal(pid, strike.signal);
-        let after = format!(
-            "{:.4} s after the start by {}{}",
-            strike.at,
-            strike.signal,
-            if resume { ", resumed" } else { "" }
-        );
+        let resumed = if resume { ", resumed" } else { "" };
+        let after = format!("{:.4} s after the start by {}{resumed}", strike.at, strike.signal);
         self.check_traces(report);
         self.victim = strike.victim;
         self.traces = traces;
@@ -271,23 +264,17 @@ impl<'a> Run<'a> {
         self.count(report, "of these TERM, HUP", usize::from(strike.signal != "KILL"));
         // an ensemble that loses a run goes on with the others
         let goes_on = work == Work::Ensemble && strike.victim != "coupler";
-        let left = |child: &mut Child| {
+        let left = |child: &mut Child| -> BTreeSet<u32> {
             reap(&family, child.id());
             let _ = child.try_wait();
-            let mut left = processes(&self.home);
-            left.extend(family.iter().filter(|pid| is_alive(**pid)));
-            left.sort_unstable();
-            left.dedup();
-            left
+            let alive = family.iter().copied().filter(|pid| is_alive(*pid));
+            alive.chain(processes(&self.home)).collect()
         };
         let gone = wait_until(if goes_on { HANGS } else { self.gone }, || left(&mut child).is_empty());
         if gone.is_err() {
             let left = left(&mut child);
-            self.blame(
-                report,
-                "left-over processes",
-                &format!("{after}: {} processes are left: {left:?}", left.len()),
-            );
+            let what = format!("{after}: {} processes are left: {left:?}", left.len());
+            self.blame(report, "left-over processes", &what);
             left.iter().for_each(|pid| signal(*pid, "KILL"));
         }
         let output = ended(child);
@@ -316,13 +303,9 @@ impl<'a> Run<'a> {
     }
 
     /// The work's processes, its first one too.
-    fn family(&self, child: &Child) -> Vec<u32> {
-        let mut family = processes(&self.home);
-        family.push(child.id());
-        family.extend(descendants(child.id()));
-        family.sort_unstable();
-        family.dedup();
-        family
+    fn family(&self, child: &Child) -> BTreeSet<u32> {
+        let own = child.id();
+        processes(&self.home).into_iter().chain([own]).chain(descendants(own)).collect()
     }
 
     fn has_checkpoint(&self) -> bool {
@@ -334,11 +317,8 @@ impl<'a> Run<'a> {
         let traces = std::mem::take(&mut self.traces);
         let left = traces.left();
         if !left.is_empty() {
-            self.blame(
-                report,
-                "left-over segments",
-                &format!("left in shared memory after the next start: {left:?}"),
-            );
+            let what = format!("left in shared memory after the next start: {left:?}");
+            self.blame(report, "left-over segments", &what);
         }
     }
 
@@ -413,7 +393,7 @@ fn ended(mut child: Child) -> Output {
 }
 
 /// Takes the dead that have become children of this process; `own` is waited for by its owner.
-fn reap(family: &[u32], own: u32) {
+fn reap(family: &BTreeSet<u32>, own: u32) {
     use rustix::process::{Pid, WaitOptions, waitpid};
     for pid in family.iter().filter(|pid| **pid != own && !is_alive(**pid)) {
         if let Some(pid) = i32::try_from(*pid).ok().and_then(Pid::from_raw) {

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bedload_program::{Loudness, RunOptions};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use protocol::new_file::is_full;
-use protocol::participant::Role;
 
 use crate::new::New;
 use crate::pack::Pack;
@@ -18,6 +17,7 @@ use coupler::log_command::{self, CatOptions, LogCommandError};
 use coupler::replay::{self, Replay};
 use coupler::{check, conformance};
 use study::ensemble::Ensemble;
+use study::film::Film;
 use study::{commands, evidence};
 
 /// Release, and the commit of this build.
@@ -78,32 +78,7 @@ enum Command {
         verify: bool,
     },
     /// Drive one solver from a log, at full speed; with other values of the scene, or another solver
-    Replay {
-        /// Log of a run (MCAP)
-        log: PathBuf,
-        /// Solver to drive
-        #[arg(long)]
-        drive: Side,
-        /// Compare every message bit for bit; exit 1 at the first difference, 6 if the log breaks off
-        #[arg(long)]
-        verify: bool,
-        /// Change any key of the log's scene before the solver reads it, and say what differs then; may be
-        /// repeated
-        #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "verify")]
-        overrides: Vec<String>,
-        /// Say how far each quantity is from the logged one: table; with --out also divergence.csv and .svg
-        #[arg(long, conflicts_with = "verify")]
-        compare: bool,
-        /// Start the solver that --set names with `command`; one that the log names is never started
-        #[arg(long)]
-        allow_commands: bool,
-        /// Checkpoint that the log of a resumed run begins at
-        #[arg(long, value_name = "DIR")]
-        checkpoint: Option<PathBuf>,
-        /// Output folder
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-    },
+    Replay(Replay),
     /// Read a log without any solver
     Log {
         #[command(subcommand)]
@@ -151,19 +126,8 @@ enum Command {
     /// Run a scene once per seed: mean and standard error of every metric, column and profile. Exit 1 if a
     /// seed failed; the table is then of the others
     Ensemble {
-        /// Scene files (TOML): one, or a chain in which each starts from the one before, such as
-        /// settling.toml flow.toml, where flow.toml reads out/settling/grains.csv
-        #[arg(required = true)]
-        scenes: Vec<PathBuf>,
-        /// Runs; run k, from 0, adds 1000 k to every seed of groups, insertions and rough walls
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=1000))]
-        seeds: u16,
-        /// Override any key of the last scene, or with NAME:KEY=VALUE of the scene NAME.toml; may be repeated
-        #[arg(long = "set", value_name = "KEY=VALUE")]
-        overrides: Vec<String>,
-        /// End of the last scene, s, instead of its `until`
-        #[arg(long, value_name = "T", allow_negative_numbers = true)]
-        until: Option<f64>,
+        #[command(flatten)]
+        asked: Ensemble,
         /// Folder of runs, ensemble.csv and ensemble.svg; by default out/SCENE-ensemble; finished runs in it
         /// are not repeated
         #[arg(long, value_name = "DIR")]
@@ -200,26 +164,7 @@ enum Command {
         jobs: Option<NonZeroUsize>,
     },
     /// Test any solver command against the protocol, role by role; exit 1 if it fails
-    Conformance {
-        /// Only this role; by default each role that the command takes
-        #[arg(long)]
-        role: Option<Side>,
-        /// Scene with a fluid and free grains; by default two spheres apart in a closed box
-        #[arg(long)]
-        scene: Option<PathBuf>,
-        /// Override any key of the scene; may be repeated
-        #[arg(long = "set", value_name = "KEY=VALUE")]
-        overrides: Vec<String>,
-        /// Hold a DEM also against what is exact: fall, bounce, rest, collision, spin
-        #[arg(long)]
-        physics: bool,
-        /// Print the results as JSON
-        #[arg(long)]
-        json: bool,
-        /// The solver: executable and leading arguments, after --
-        #[arg(required = true, last = true)]
-        command: Vec<String>,
-    },
+    Conformance(conformance::Options),
     /// Make report.html in the output folder of each run, chart.html and stability.html in those of sweeps
     Report {
         /// Output folders of runs, charts and maps
@@ -228,24 +173,7 @@ enum Command {
     },
     /// Draw a plane of a run's fields, with the grains in it, frame by frame: film/*.png and film.gif, and
     /// film.mp4 where ffmpeg is
-    Film {
-        /// Output folder of a run with fields (observe.fields_every)
-        dir: PathBuf,
-        /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or
-        /// grains (by their speed). By default speed, or grains in a run without fluid
-        #[arg(long, value_name = "F")]
-        field: Option<String>,
-        /// Plane, such as y=0.5 (m); by default y in the middle of the box
-        #[arg(long, value_name = "AXIS=POSITION")]
-        slice: Option<String>,
-        /// Width of a frame, pixels
-        #[arg(long, value_name = "PIXELS", default_value_t = 960,
-              value_parser = clap::value_parser!(u16).range(160..=4096))]
-        width: u16,
-        /// Frames per second of the film
-        #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=50))]
-        rate: u16,
-    },
+    Film(Film),
     /// Print the JSON Schema of a whole scene
     Schema,
     /// Print what a shell needs to complete the commands, such as: bedload completions bash >
@@ -264,7 +192,7 @@ enum Command {
         /// Output folder of a run
         dir: PathBuf,
         #[command(flatten)]
-        format: Format,
+        viewer: Viewer,
     },
 }
 
@@ -306,50 +234,6 @@ enum LogWord {
         #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
         every: u64,
     },
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Side {
-    Fluid,
-    Dem,
-}
-
-impl From<Side> for Role {
-    fn from(side: Side) -> Self {
-        match side {
-            Side::Fluid => Self::Fluid,
-            Side::Dem => Self::Dem,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, Args)]
-#[group(required = true, multiple = false)]
-struct Format {
-    /// Fields for ParaView
-    #[arg(long)]
-    vtk: bool,
-    /// A script that opens them in ParaView, with grains as spheres: paraview --script=FILE, or pvbatch FILE
-    /// PICTURE.png
-    #[arg(long)]
-    paraview: bool,
-    /// Tables
-    #[arg(long)]
-    csv: bool,
-    /// The log, with channels for Foxglove, Lichtblick and Rerun
-    #[arg(long)]
-    foxglove: bool,
-}
-
-impl Format {
-    fn viewer(self) -> Viewer {
-        match self {
-            Self { vtk: true, .. } => Viewer::Vtk,
-            Self { paraview: true, .. } => Viewer::Paraview,
-            Self { csv: true, .. } => Viewer::Csv,
-            _ => Viewer::Foxglove,
-        }
-    }
 }
 
 /// The whole program.
@@ -409,30 +293,14 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             let run = if verify { coupler::verify::run } else { coupler::run::run };
             run(&with_accuracy(options, accuracy), study::report::page::write)
         }
-        Command::Replay { log, drive, verify, overrides, compare, allow_commands, checkpoint, out } => {
-            let drive = drive.into();
-            replay::replay(&Replay {
-                log,
-                drive,
-                verify,
-                compare,
-                overrides,
-                allow_commands,
-                checkpoint,
-                out,
-                figure: study::divergence::figure,
-            })
-        }
+        Command::Replay(asked) => replay::replay(&asked, study::divergence::figure),
         Command::Log { command } => Ok(log(&command)?),
         Command::Chart { scene, out, jobs } => commands::chart(&scene, &studied(out, jobs)),
         Command::Validate { cases, quick, jobs, out } => {
             commands::validate(&cases, quick, &studied(Some(out), jobs))
         }
         Command::Stability { scene, out, jobs } => commands::stability(&scene, &studied(out, jobs)),
-        Command::Ensemble { scenes, seeds, overrides, until, out, jobs } => {
-            let asked = Ensemble { scenes, seeds: seeds.into(), overrides, until };
-            study::ensemble::ensemble(&asked, &studied(out, jobs))
-        }
+        Command::Ensemble { asked, out, jobs } => study::ensemble::ensemble(&asked, &studied(out, jobs)),
         Command::Pack(pack) => crate::pack::pack(&pack),
         Command::Study { files, all, list, sample, mark, out, jobs } => {
             let options = studied(out, jobs);
@@ -442,10 +310,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
                 _ => evidence::study(&files, &options),
             }
         }
-        Command::Conformance { role, scene, overrides, physics, json, command } => {
-            let role = role.map(Role::from);
-            conformance::conformance(&conformance::Options { command, role, scene, overrides, json, physics })
-        }
+        Command::Conformance(asked) => conformance::conformance(&asked),
         Command::Report { dirs } => {
             let dirs: Vec<&Path> = dirs.iter().map(PathBuf::as_path).collect();
             for page in study::report::report(&dirs)? {
@@ -453,9 +318,8 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             }
             Ok(())
         }
-        Command::Film { dir, field, slice, width, rate } => {
-            let film = study::film::Film { dir, field, slice, width, rate };
-            study::film::film(&film)?.iter().for_each(|path| println!("{}", path.display()));
+        Command::Film(asked) => {
+            study::film::film(&asked)?.iter().for_each(|path| println!("{}", path.display()));
             Ok(())
         }
         Command::Schema => {
@@ -477,6 +341,6 @@ fn dispatch(command: Command) -> Result<(), Failure> {
                 if is_full(&error) { Failure::Full(what) } else { Failure::Input(what) }
             })
         }
-        Command::Export { dir, format } => coupler::export::export(&dir, format.viewer()),
+        Command::Export { dir, viewer } => coupler::export::export(&dir, viewer),
     }
 }

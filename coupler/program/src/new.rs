@@ -59,10 +59,8 @@ impl Like {
     }
 }
 
-/// Makes the folder, and prints its files and the next commands.
-///
-/// # Errors
-/// [`Failure::Input`] if there is something of that name, or if the folder cannot be made.
+/// Makes the folder, and prints its files and the next commands. Fails with [`Failure::Input`] if there is
+/// something of that name, or if the folder cannot be made.
 pub(crate) fn new(asked: &New) -> Result<(), Failure> {
     let folder = &asked.name;
     let files = asked.like.files();

@@ -12,7 +12,7 @@ use bedload_scene::SplitMix64;
 use bedload_scene::table::{Table, number};
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
-use coupler::number::Short;
+use coupler::number::{AXES, Short, norm};
 
 /// Largest solid fraction that may be asked for: in the plane, in space. Random packings of equal grains jam
 /// at about 0.84 and 0.64.
@@ -109,10 +109,8 @@ struct Packed {
     sweeps: u32,
 }
 
-/// Makes the table, and says what it holds.
-///
-/// # Errors
-/// [`Failure::Input`] at the option that cannot be, [`Failure::Run`] where the fraction was not reached.
+/// Makes the table, and says what it holds. Fails with [`Failure::Input`] at the option that cannot be,
+/// [`Failure::Run`] where the fraction was not reached.
 pub(crate) fn pack(asked: &Pack) -> Result<(), Failure> {
     let bounds = asked.bounds()?;
     asked.refuse_to_replace()?;
@@ -180,10 +178,8 @@ impl Pack {
         };
         let axes = if space { "xyz" } else { "xz" };
         if let Some(wrong) = self.periodic.chars().find(|axis| !axes.contains(*axis)) {
-            return refuse(
-                "--periodic",
-                format_args!("has {wrong:?}; allowed: letters of {axes}, such as x"),
-            );
+            let what = format!("has {wrong:?}; allowed: letters of {axes}, such as x");
+            return refuse("--periodic", what);
         }
         let densest = DENSEST[usize::from(space)];
         if !(self.fraction > 0.0 && self.fraction <= densest) {
@@ -263,10 +259,8 @@ impl Pack {
             filled += more;
             radii.push(radius);
             if radii.len() as f64 > MOST {
-                return refuse(
-                    "--box",
-                    format_args!("takes more than {MOST:e} grains; allowed: fewer, larger"),
-                );
+                let what = format!("takes more than {MOST:e} grains; allowed: fewer, larger");
+                return refuse("--box", what);
             }
         }
         if radii.is_empty() {
@@ -278,12 +272,10 @@ impl Pack {
         for axis in bounds.axes() {
             let least = if bounds.periodic[axis] { 2.0 * widest } else { widest };
             if bounds.size[axis] < least {
-                let (name, has) = (["x", "y", "z"][axis], bounds.size[axis]);
+                let (name, has) = (AXES[axis], bounds.size[axis]);
                 let why = "once, twice along a periodic axis, the largest diameter";
-                return refuse(
-                    "--box",
-                    format_args!("is {has} along {name}; allowed: from {least} on: {why}"),
-                );
+                let what = format!("is {has} along {name}; allowed: from {least} on: {why}");
+                return refuse("--box", what);
             }
         }
         Ok((radii, scale))
@@ -615,8 +607,4 @@ impl<'a> Grid<'a> {
         grains.push(ball);
         true
     }
-}
-
-fn norm(vector: &[f64; 3]) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

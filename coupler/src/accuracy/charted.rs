@@ -20,7 +20,7 @@ pub struct Charted {
 }
 
 /// A run of a chart.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
     /// Its label in the table.
@@ -45,9 +45,6 @@ pub struct Run {
 
 impl Charted {
     /// From its text.
-    ///
-    /// # Errors
-    /// What is wrong with the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }

@@ -93,10 +93,7 @@ impl Class {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Axis, Self::Space, Self::Bounce, Self::Lattice, Self::Collision];
 
-    /// The class of a scene.
-    ///
-    /// # Errors
-    /// Why it is in none.
+    /// The class of a scene, or why it is in none.
     pub fn of(scene: &CheckedScene) -> Result<Self, Reason> {
         let free = scene.has_free_grains();
         let class = match (&scene.scene.medium, scene.scene.domain.geometry) {
@@ -197,22 +194,22 @@ impl Class {
 
     /// Its numbers: the first is the one between whose charted values a scene's errors are looked up.
     pub fn numbers(self, scene: &CheckedScene) -> Vec<Number> {
-        let number = |name, value, side| Number { name, value, side };
+        let between = |name, value| Number { name, value, side: Side::Between };
+        let from = |name, value| Number { name, value, side: Side::FromSmallest };
+        let up_to = |name, value| Number { name, value, side: Side::UpToLargest };
         let Some(grain) = scene.grains.first() else { return Vec::new() };
         let diameter = 2.0 * grain.radius;
+        let restitution = between("restitution", contact(scene, "restitution", 1.0));
         if self == Self::Collision {
-            return vec![
-                number("restitution", contact(scene, "restitution", 1.0), Side::Between),
-                number("friction", contact(scene, "friction", 0.0), Side::Between),
-            ];
+            return vec![restitution, between("friction", contact(scene, "friction", 0.0))];
         }
         let Some(medium) = &scene.scene.medium else { return Vec::new() };
         let nu = medium.kinematic_viscosity();
         let speeds = Speeds::of(scene);
-        let density = grain.density / medium.density;
-        let domain = &scene.scene.domain;
+        let (domain, until) = (&scene.scene.domain, scene.scene.until);
+        let density = between("ρ_p/ρ", grain.density / medium.density);
         let z = domain.geometry.axes().len() - 1;
-        let down = if scene.scene.peak_gravity()[2] * (density - 1.0) < 0.0 { -1.0 } else { 1.0 };
+        let down = if scene.scene.peak_gravity()[2] * (density.value - 1.0) < 0.0 { -1.0 } else { 1.0 };
         let to = |edge: f64| (edge - grain.position[2]).abs() / diameter - 0.5;
         let (below, above) = if down < 0.0 {
             (to(domain.lower[z]), to(domain.upper[z]))
@@ -220,58 +217,41 @@ impl Class {
             (to(domain.upper[z]), to(domain.lower[z]))
         };
         let time = self.time(scene).unwrap_or(f64::NAN);
-        let density = number("ρ_p/ρ", density, Side::Between);
-        let sides = |side| {
-            number("the distance of the centre from the sides over D", aside(scene, grain) / diameter, side)
-        };
+        let sides = from("the distance of the centre from the sides over D", aside(scene, grain) / diameter);
         match self {
-            Self::Axis | Self::Space => vec![
-                number("Ar = |ρ_p/ρ − 1| g D³/ν²", archimedes(scene, grain), Side::Between),
-                density,
-                sides(if self == Self::Axis { Side::Between } else { Side::FromSmallest }),
-                number(
-                    "the run over (D/|ρ_p/ρ − 1| g)^½ or D²/ν",
-                    scene.scene.until / time,
-                    Side::FromSmallest,
-                ),
-                number(
-                    "the room left in front of the sphere over D",
-                    below - speeds.grain * scene.scene.until / diameter,
-                    Side::FromSmallest,
-                ),
-                number("the room behind the sphere over D", above, Side::FromSmallest),
-            ],
-            Self::Bounce => vec![
-                number(
-                    "St = (ρ_p + ρ/2) V D/(9 μ), V being the speed of Schiller & Naumann or of the fall",
-                    (density.value + 0.5) * speeds.grain * diameter / (9.0 * nu),
-                    Side::Between,
-                ),
-                density,
-                number(
-                    "η/R",
-                    keys::look_up(scene, keys::ROUGHNESS)
-                        .map_or(Some(keys::ROUGHNESS_BY_DEFAULT), toml::Value::as_float)
-                        .unwrap_or(f64::NAN),
-                    Side::Between,
-                ),
-                number("restitution", contact(scene, "restitution", 1.0), Side::Between),
-                number("the fall over D", below, Side::FromSmallest),
-                sides(Side::FromSmallest),
-                number(
-                    "V t_c/D",
-                    speeds.grain * contact(scene, "contact_time", f64::NAN) / diameter,
-                    Side::UpToLargest,
-                ),
-            ],
+            Self::Axis | Self::Space => {
+                let left = below - speeds.grain * until / diameter;
+                vec![
+                    between("Ar = |ρ_p/ρ − 1| g D³/ν²", archimedes(scene, grain)),
+                    density,
+                    if self == Self::Axis { Number { side: Side::Between, ..sides } } else { sides },
+                    from("the run over (D/|ρ_p/ρ − 1| g)^½ or D²/ν", until / time),
+                    from("the room left in front of the sphere over D", left),
+                    from("the room behind the sphere over D", above),
+                ]
+            }
+            Self::Bounce => {
+                let stokes = (density.value + 0.5) * speeds.grain * diameter / (9.0 * nu);
+                let roughness = keys::look_up(scene, keys::ROUGHNESS);
+                let roughness = roughness.map_or(Some(keys::ROUGHNESS_BY_DEFAULT), toml::Value::as_float);
+                let contact_time = contact(scene, "contact_time", f64::NAN);
+                vec![
+                    between(
+                        "St = (ρ_p + ρ/2) V D/(9 μ), V being the speed of Schiller & Naumann or of the fall",
+                        stokes,
+                    ),
+                    density,
+                    between("η/R", roughness.unwrap_or(f64::NAN)),
+                    restitution,
+                    from("the fall over D", below),
+                    sides,
+                    up_to("V t_c/D", speeds.grain * contact_time / diameter),
+                ]
+            }
             Self::Lattice => vec![
-                number(
-                    "the solid fraction",
-                    grain.volume() / bedload_scene::speeds::volume(scene),
-                    Side::Between,
-                ),
-                number("Re = U D/ν, U being estimated", speeds.flow * diameter / nu, Side::UpToLargest),
-                number("the run over D²/ν", scene.scene.until / time, Side::FromSmallest),
+                between("the solid fraction", grain.volume() / bedload_scene::speeds::volume(scene)),
+                up_to("Re = U D/ν, U being estimated", speeds.flow * diameter / nu),
+                from("the run over D²/ν", until / time),
             ],
             Self::Collision => Vec::new(),
         }

@@ -108,25 +108,20 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
     let class = Class::of(scene).map_err(|why| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
+        let keys = "domain.cells, fluid.time and dem.steps_per_contact";
         refuse(
             format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
-            &format!(
-                "{MEASURE}; or leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact"
-            ),
+            &format!("{MEASURE}; or leave accuracy out and set {keys}"),
         )
     })?;
     let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
     let numbers = class.numbers(scene);
     let charted: Vec<Vec<f64>> = chart.runs.iter().map(|run| run.numbers.clone()).collect();
-    let outside: Vec<String> = numbers::outside(&numbers, &charted).iter().map(ToString::to_string).collect();
+    let outside = numbers::outside(&numbers, &charted);
     if !outside.is_empty() {
+        let (name, outside, chart) = (class.name(), outside.join("; "), class.chart_file());
         return Err(refuse(
-            format!(
-                "cannot be promised as {}: {} ({})",
-                class.name(),
-                outside.join("; "),
-                class.chart_file()
-            ),
+            format!("cannot be promised as {name}: {outside} ({chart})"),
             &format!("{MEASURE}; or bring the scene into the charted range"),
         ));
     }

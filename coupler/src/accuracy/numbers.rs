@@ -1,6 +1,5 @@
 //! Numbers that say how far a scene is from those that were charted.
 
-use std::fmt;
 use std::ops::RangeInclusive;
 
 use crate::number::Short;
@@ -29,39 +28,24 @@ pub struct Number {
     pub side: Side,
 }
 
-/// A number of a scene outside of the charted ones.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Outside {
-    number: Number,
-    smallest: f64,
-    largest: f64,
-}
-
-impl fmt::Display for Outside {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Number { name, value, side } = self.number;
-        let (smallest, largest) = (Short(self.smallest), Short(self.largest));
-        write!(f, "{name} is {}, charted ", Short(value))?;
-        match side {
-            Side::Between if self.smallest == self.largest => write!(f, "at {smallest} alone"),
-            Side::Between => write!(f, "from {smallest} to {largest}"),
-            Side::FromSmallest => write!(f, "from {smallest} on"),
-            Side::UpToLargest => write!(f, "up to {largest}"),
-        }
-    }
-}
-
-/// Those numbers of a scene that lie outside of the charted ones, `charted` being the numbers of each run.
-pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<Outside> {
+/// Those numbers of a scene that lie outside of those of the charted runs, in words.
+pub(super) fn outside(numbers: &[Number], charted: &[Vec<f64>]) -> Vec<String> {
     let check = |(place, number): (usize, &Number)| {
         let values = || charted.iter().filter_map(|run| run.get(place).copied());
         let (smallest, largest) =
             (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        let Number { value, side, .. } = *number;
+        let Number { name, value, side } = *number;
         let low = side != Side::UpToLargest && value < smallest - LEEWAY * smallest.abs();
         let high = side != Side::FromSmallest && value > largest + LEEWAY * largest.abs();
         let is_in = value.is_finite() && !low && !high;
-        (!is_in).then_some(Outside { number: *number, smallest, largest })
+        let (from, to) = (Short(smallest), Short(largest));
+        let range = match side {
+            Side::Between if smallest == largest => format!("at {from} alone"),
+            Side::Between => format!("from {from} to {to}"),
+            Side::FromSmallest => format!("from {from} on"),
+            Side::UpToLargest => format!("up to {to}"),
+        };
+        (!is_in).then(|| format!("{name} is {}, charted {range}", Short(value)))
     };
     numbers.iter().enumerate().filter_map(check).collect()
 }
@@ -86,7 +70,7 @@ mod tests {
     fn a_number_is_inside_as_its_side_says() {
         let number = |value, side| [Number { name: "Ar", value, side }];
         let charted = [vec![10.0], vec![200.0]];
-        let text = |value, side| outside(&number(value, side), &charted).first().map(Outside::to_string);
+        let text = |value, side| outside(&number(value, side), &charted).first().cloned();
         assert_eq!(text(50.0, Side::Between), None);
         assert_eq!(text(203.0, Side::Between), None, "typed with two digits");
         assert_eq!(text(210.0, Side::Between).unwrap(), "Ar is 210, charted from 10 to 200");

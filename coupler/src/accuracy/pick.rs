@@ -71,10 +71,7 @@ mod tests {
             error: number(3),
             fineness: number(1),
             others: vec![cells[0].to_owned()],
-            numbers: Vec::new(),
-            resolution: None,
-            step: None,
-            set: Vec::new(),
+            ..Run::default()
         }
     }
 

@@ -55,18 +55,18 @@ fn refined(scene: &CheckedScene, wanted: f64) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use bedload_scene::SceneSource;
-
     use super::*;
+    use crate::test_scenes::scene;
 
     #[test]
     fn grids_become_at_least_as_fine_and_fast() {
         assert_eq!([1, 7, 16, 97, 163, 4001].map(fast), [2, 8, 16, 100, 180, 4050]);
-        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [3.1, 3.1, 7.0]\n\
+        let scene = scene(
+            "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [3.1, 3.1, 7.0]\n\
                     cells = [10, 10, 20]\nboundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
                     [medium]\ndensity = 1.0\nviscosity = 1.0\n\
-                    [[grains]]\nposition = [1.5, 1.5, 3.0]\nradius = 0.5\ndensity = 2.0\n";
-        let scene = CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).unwrap();
+                    [[grains]]\nposition = [1.5, 1.5, 3.0]\nradius = 0.5\ndensity = 2.0\n",
+        );
         assert_eq!(refined(&scene, 8.0), ["domain.cells=[30, 30, 60]"]);
     }
 }

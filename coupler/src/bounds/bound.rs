@@ -37,7 +37,6 @@ pub struct Bound {
 
 impl Bound {
     /// A bound that the value keeps or breaks; a limit is met with a tolerance of rounding.
-    #[must_use]
     pub fn new(name: &str, quantity: &str, value: f64, side: Side, limit: f64) -> Self {
         let margin = match side {
             Side::AtLeast => value / limit,
@@ -61,7 +60,6 @@ impl Bound {
     }
 
     /// A solver's bound with order of exchange and time steps of a plan; none where these make it void.
-    #[must_use]
     pub fn of_solver(bound: &SolverBound, scheme: Option<Scheme>, steps: &TimeSteps) -> Option<Self> {
         let void = bound.void_from.is_some_and(|(measure, number)| steps.measure(measure) >= number);
         if void || bound.scheme.is_some() && bound.scheme != scheme {
@@ -80,7 +78,6 @@ impl Bound {
     }
 
     /// Longest window that keeps a solver's bound if these steps do, s.
-    #[must_use]
     pub(crate) fn longest_window(bound: &SolverBound, scheme: Option<Scheme>, steps: &TimeSteps) -> f64 {
         let kept = Self::of_solver(bound, scheme, steps).is_some_and(|found| found.holds);
         if !kept || bound.measure != Measure::Window {
@@ -99,14 +96,12 @@ impl Bound {
     }
 
     /// Only a warning.
-    #[must_use]
     pub fn warning(mut self) -> Self {
         self.level = Level::Warn;
         self
     }
 
     /// With what goes wrong, where that is known from, and what to do.
-    #[must_use]
     pub fn because(
         mut self,
         why: impl Into<String>,
@@ -120,13 +115,11 @@ impl Bound {
     }
 
     /// Does it stop a run whose scene forces `forced`?
-    #[must_use]
     pub fn refuses(&self, forced: &[String]) -> bool {
         !self.holds && self.level == Level::Refuse && !forced.contains(&self.name)
     }
 
     /// `value ≤ limit` as text.
-    #[must_use]
     pub fn relation(&self) -> String {
         let sign = if self.side == Side::AtLeast { '≥' } else { '≤' };
         format!("{} = {:.4}, must be {sign} {:.4}", self.quantity, Short(self.value), Short(self.limit))
@@ -135,7 +128,6 @@ impl Bound {
 
 impl Bound {
     /// The bounds that a plan breaks, each with its remedy.
-    #[must_use]
     pub fn broken(bounds: &[&Self]) -> Failure {
         let mut text = String::from("the plan breaks a stability bound");
         for bound in bounds {

@@ -93,16 +93,12 @@ impl DragChart {
     pub const TEXT: &str = include_str!("drag.toml");
 
     /// From its text.
-    ///
-    /// # Errors
-    /// What is wrong with the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
     /// From rows of Reynolds number, D/Δx and error, in any order; several of one grid, or beside it, are its
     /// places.
-    #[must_use]
     pub fn new(table: &str, stale: Option<String>, rows: &[[f64; 3]]) -> Self {
         let mut grids: Vec<[f64; 2]> = rows.iter().map(|[re, n, _]| [*re, *n]).collect();
         grids.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -122,10 +118,7 @@ impl DragChart {
         Self { table: table.to_owned(), stale, grids }
     }
 
-    /// At a Reynolds number and D/Δx, along straight lines between charted ones.
-    ///
-    /// # Errors
-    /// What was charted, where that is not around it.
+    /// At a Reynolds number and D/Δx, along straight lines between charted ones; beyond, what was charted.
     pub fn at(&self, reynolds: f64, resolution: f64) -> Result<DragError, String> {
         let mut levels: Vec<f64> = self.grids.iter().map(|grid| grid.reynolds).collect();
         levels.dedup();
@@ -144,7 +137,6 @@ impl DragChart {
     }
 
     /// Least whole D/Δx from which on the mean error is at most `most`; none where the finest grid has more.
-    #[must_use]
     pub fn needed(&self, reynolds: f64, most: f64) -> Option<u64> {
         let finest = self.grids.iter().map(|grid| grid.resolution).fold(0.0, f64::max) as u64;
         let known = (1..=finest).rev().filter_map(|n| Some((n, self.at(reynolds, n as f64).ok()?.mean)));

@@ -23,7 +23,6 @@ pub struct TimeSteps {
 
 impl TimeSteps {
     /// What a solver's bound is proportional to.
-    #[must_use]
     pub fn measure(&self, measure: Measure) -> f64 {
         match measure {
             Measure::One => 1.0,

@@ -21,7 +21,6 @@ pub(crate) use speeds::{MOST_OVERLAP, largest_overlap};
 
 /// Every bound that applies to a plan, the coupler's and the solvers', in the order of [`NAMES`]; `drag`:
 /// what the chart says of its scene.
-#[must_use]
 pub fn all(facts: &Facts<'_>, drag: Option<&Drag>) -> Vec<Bound> {
     let mut bounds = Vec::new();
     steps::add(facts, &mut bounds);

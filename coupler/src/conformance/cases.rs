@@ -311,7 +311,7 @@ fn until<'a>(bench: &'a Bench, fault: Fault, setting: Setting<'_>) -> Result<Sol
 /// Waits at most `limit` until the solver has left, not with 0.
 fn gives_up(run: &SoloRun<'_>, limit: Duration) -> Result<String, String> {
     let begin = Instant::now();
-    let exit = run.leaves(limit)?;
+    let exit = run.supervisor.leaves(limit)?;
     match exit.code() {
         Some(0) => Err("left with 0, as if all were well".into()),
         Some(code) => Ok(format!("left with {code} after {:.2} s", begin.elapsed().as_secs_f64())),
@@ -393,7 +393,7 @@ fn other_grains(bench: &Bench) -> Result<String, String> {
 fn refuses(bench: &Bench, rendezvous: &Rendezvous) -> Result<String, String> {
     let link = CouplerLink::create(rendezvous).map_err(text)?;
     let supervisor = bench.setup.start(rendezvous, None)?;
-    let exit = bench.setup.leaves(&supervisor, LEAVE);
+    let exit = supervisor.leaves(LEAVE);
     supervisor.end(Duration::from_millis(300));
     drop(link);
     match exit?.code() {

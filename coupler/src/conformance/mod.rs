@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bedload_program::RunOptions;
+use clap::Args;
 use protocol::channel::remove_stale_runs;
 use protocol::participant::Role;
 use serde::Serialize;
@@ -26,6 +27,7 @@ use crate::failure::Failure;
 use crate::prepare::Prepared;
 use crate::scratch::scratch;
 use crate::solo_run::Setup;
+use crate::supervise::role;
 use bench::Bench;
 use cases::CASES;
 use physics::TRIALS;
@@ -37,20 +39,26 @@ const PROBE: f64 = 5.0;
 const SCENE: &str = include_str!("scene.toml");
 
 /// What is asked for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Args)]
 pub struct Options {
-    /// Executable and leading arguments of the solver.
-    pub command: Vec<String>,
-    /// The one role to test; else both are tried.
+    /// Only this role; by default each role that the command takes
+    #[arg(long, value_parser = role())]
     pub role: Option<Role>,
-    /// Scene with a fluid and free grains, in place of the built-in one.
+    /// Scene with a fluid and free grains; by default two spheres apart in a closed box
+    #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// `KEY=VALUE` for the scene.
+    /// Override any key of the scene; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// Print JSON.
-    pub json: bool,
-    /// Whether a DEM is also held against what is exact.
+    /// Hold a DEM also against what is exact: fall, bounce, rest, collision, spin
+    #[arg(long)]
     pub physics: bool,
+    /// Print the results as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// The solver: executable and leading arguments, after --
+    #[arg(required = true, last = true)]
+    pub command: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -6,9 +6,8 @@ use protocol::channel::Event;
 use protocol::message::{Header, Record, State, Status};
 use protocol::participant::{ExchangeError, Role, Window};
 
-use super::collected::Collected;
 use super::diagnosis::alive;
-use super::link::{CoupledLink, slot_of};
+use super::link::{Collected, CoupledLink, slot_of};
 use crate::failure::Failure;
 use crate::message_checks;
 
@@ -45,8 +44,8 @@ impl CoupledLink<'_> {
             let event = self.link.try_next()?;
             let stopped = matches!(self.broken, Some(ExchangeError::Stopped));
             let nearly = self.ordered.front().is_some_and(|(_, window)| {
-                let slot = &self.slots[slot_of(window.step)];
-                slot.fluid.is_some() != slot.dem.is_some()
+                let [fluid, dem] = &self.slots[slot_of(window.step)].reports;
+                fluid.is_some() != dem.is_some()
             });
             if event.is_some() || stopped || !nearly || begin.elapsed() >= PATIENCE {
                 return Ok(event);
@@ -81,19 +80,11 @@ impl CoupledLink<'_> {
             }
             Event::Status(role, status) => {
                 self.expect(role, &status, State::Done)?;
-                let is_due = |slot: &Collected| match role {
-                    Role::Fluid => slot.fluid.is_none(),
-                    Role::Dem => slot.dem.is_none(),
-                };
-                let (due, grains) = (self.due(is_due), self.scene.grains.len());
-                message_checks::report_of(due, role, &status, grains, self.substeps)?;
-                let slot = &mut self.slots[slot_of(status.step)];
-                match role {
-                    Role::Fluid => slot.fluid = Some(status),
-                    Role::Dem => {
-                        slot.dem = Some(status);
-                        self.substeps = status.substeps;
-                    }
+                let due = self.due(|slot| slot.reports[role as usize].is_none());
+                message_checks::report_of(due, role, &status, self.scene.grains.len(), self.substeps)?;
+                self.slots[slot_of(status.step)].reports[role as usize] = Some(status);
+                if role == Role::Dem {
+                    self.substeps = status.substeps;
                 }
             }
         }
@@ -119,10 +110,7 @@ impl CoupledLink<'_> {
 
     /// Keeps a report, and refuses one that is not `wanted`.
     fn expect(&mut self, role: Role, status: &Status, wanted: State) -> Result<(), Failure> {
-        match role {
-            Role::Fluid => self.fluid = *status,
-            Role::Dem => self.dem = *status,
-        }
+        self.last[role as usize] = *status;
         if status.state == wanted as u64 {
             return Ok(());
         }
@@ -136,15 +124,12 @@ impl CoupledLink<'_> {
 
     /// Waits for one report of each solver.
     pub(super) fn collect(&mut self, wanted: State) -> Result<(), Failure> {
-        let (mut fluid, mut dem) = (false, false);
-        while !(fluid && dem) {
+        let mut reported = [false; 2];
+        while reported != [true; 2] {
             match self.next()? {
                 Event::Status(role, status) => {
                     self.expect(role, &status, wanted)?;
-                    match role {
-                        Role::Fluid => fluid = true,
-                        Role::Dem => dem = true,
-                    }
+                    reported[role as usize] = true;
                 }
                 Event::Loads(_) | Event::Kinematics(_) => {
                     return Err(Failure::Run("a solver sent data of a window that was not ordered".into()));

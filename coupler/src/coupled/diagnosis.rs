@@ -7,7 +7,7 @@ use protocol::message::{State, Status};
 use protocol::participant::{ExchangeError, Role};
 
 use super::link::CoupledLink;
-use crate::supervise::{Exit, Supervisor};
+use crate::supervise::{Exit, Supervisor, wait_for};
 use bedload_program::{Failure, Interrupts};
 
 impl CoupledLink<'_> {
@@ -49,10 +49,9 @@ impl CoupledLink<'_> {
     /// of several ranks outlives them by a moment, and knows which of them died first.
     fn await_dead(&self) {
         let Some((reporter, text)) = &self.failed else { return };
-        let patience = Instant::now();
-        let is_known = || self.supervisor.exits().iter().any(|exit| exit.role.to_string() != *reporter);
-        while text.contains(DIED) && !is_known() && patience.elapsed() < LAUNCHER {
-            std::thread::sleep(Duration::from_millis(5));
+        if text.contains(DIED) {
+            let is_other = |exit: &Exit| exit.role.to_string() != *reporter;
+            wait_for(LAUNCHER, || self.supervisor.exits().iter().any(is_other));
         }
     }
 }

@@ -376,16 +376,10 @@ impl Overlap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::test_scenes::two_grains;
 
     fn check() -> KinematicsCheck {
-        let text = "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0, 0, 0]\nupper = [8, 4, 4]\n\
-                    boundary = { x = \"periodic\", y = \"periodic\", z = \"no-slip\" }\n\
-                    [[grains]]\nposition = [1, 2, 2]\nradius = 0.5\ndensity = 2.0\n\
-                    [[grains]]\nposition = [7, 2, 2]\nradius = 0.5\ndensity = 2.0\n";
-        let scene =
-            CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() }).expect("a scene");
-        KinematicsCheck::new(&scene, false)
+        KinematicsCheck::new(&two_grains(), false)
     }
 
     fn at(first: [f64; 3], speed: f64, second: [f64; 3]) -> [Kinematics; 2] {

@@ -8,12 +8,44 @@ use bedload_program::{Failure, Interrupts, Link, Messages, Ordered};
 use bedload_scene::{CheckedScene, Grain, Motion};
 use protocol::channel::CouplerLink;
 use protocol::memory::peak_rss_bytes;
-use protocol::message::{Command, Kinematics, Order, State, Status};
+use protocol::message::{Command, Header, Kinematics, Loads, Order, State, Status};
 use protocol::participant::{ExchangeError, Window};
 
-use super::collected::{Collected, Whole};
 use crate::scheme::AHEAD;
 use crate::supervise::Supervisor;
+
+/// What has come of a window on its way. Copies, because the fluid may send the loads of the next
+/// window before the DEM has reported this one.
+#[derive(Debug, Default)]
+pub(super) struct Collected {
+    pub(super) loads: Option<Header>,
+    pub(super) kinematics: Option<Header>,
+    /// Of the fluid and of the DEM.
+    pub(super) reports: [Option<Status>; 2],
+    /// Loads, one per grain, once there is a header of them.
+    pub(super) force: Vec<Loads>,
+    pub(super) motion: Vec<Kinematics>,
+}
+
+impl Collected {
+    fn begin(&mut self) {
+        (self.loads, self.kinematics, self.reports) = (None, None, [None; 2]);
+    }
+
+    /// Headers and reports, once all four are there.
+    fn whole(&self) -> Option<Whole> {
+        let [fluid, dem] = self.reports;
+        Some(Whole { loads: self.loads?, kinematics: self.kinematics?, fluid: fluid?, dem: dem? })
+    }
+}
+
+/// Headers and reports of a window that is done.
+struct Whole {
+    loads: Header,
+    kinematics: Header,
+    fluid: Status,
+    dem: Status,
+}
 
 /// Both solvers as processes.
 pub(crate) struct CoupledLink<'a> {
@@ -29,9 +61,8 @@ pub(crate) struct CoupledLink<'a> {
     pub(super) slots: Vec<Collected>,
     /// The window that was done last: its slot, and what came of it.
     latest: Option<(usize, Whole)>,
-    /// Last reports.
-    pub(super) fluid: Status,
-    pub(super) dem: Status,
+    /// Last reports of the fluid and of the DEM.
+    pub(super) last: [Status; 2],
     /// Sub-steps that the DEM has reported.
     pub(super) substeps: u64,
     pub(super) stopping: bool,
@@ -63,8 +94,7 @@ impl<'a> CoupledLink<'a> {
             ordered: VecDeque::new(),
             slots: (0..AHEAD).map(|_| Collected::default()).collect(),
             latest: None,
-            fluid: Status::default(),
-            dem: Status::default(),
+            last: [Status::default(); 2],
             substeps,
             stopping: false,
             broken: None,
@@ -156,15 +186,16 @@ impl Link for CoupledLink<'_> {
     }
 
     fn cost(&self) -> Cost {
+        let [fluid, dem] = &self.last;
         let mut cost = Cost {
-            fluid_cpu_s: self.fluid.solver_s,
-            dem_cpu_s: self.dem.solver_s,
+            fluid_cpu_s: fluid.solver_s,
+            dem_cpu_s: dem.solver_s,
             coupler_cpu_s: own_cpu_seconds(),
-            exchange_s: self.fluid.exchange_s + self.dem.exchange_s,
+            exchange_s: fluid.exchange_s + dem.exchange_s,
             ..Cost::default()
         };
-        cost.peak_rss_bytes.fluid = Some(self.fluid.peak_rss);
-        cost.peak_rss_bytes.dem = Some(self.dem.peak_rss);
+        cost.peak_rss_bytes.fluid = Some(fluid.peak_rss);
+        cost.peak_rss_bytes.dem = Some(dem.peak_rss);
         cost.peak_rss_bytes.coupler = Some(peak_rss_bytes());
         cost
     }

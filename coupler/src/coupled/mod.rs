@@ -7,14 +7,13 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `setup` | from the plan to solvers that are ready |
-//! | `link` | the solvers behind shared memory |
-//! | `collect`, `collected` | what the solvers send, put where it belongs |
+//! | `link` | the solvers behind shared memory, and what has come of each window |
+//! | `collect` | what the solvers send, put where it belongs |
 //! | `schedule` | which window comes next; one that is done: accepted, repeated, or the end of the run |
 //! | `kinematics_check` | what a foreign DEM sends, against what the coupler computes |
 //! | `diagnosis` | why a run ends early |
 
 mod collect;
-mod collected;
 mod diagnosis;
 mod kinematics_check;
 mod link;

@@ -24,11 +24,9 @@ pub(crate) struct CoupledState {
     late: u64,
     /// Attempts at windows, where they are repeated.
     watch: MonitorState,
-    /// Whether the motion alternates.
     seen: Seen,
 }
 
-/// The windows of a coupled run.
 pub(crate) struct CoupledSchedule<'a> {
     prepared: &'a Prepared,
     planner: Planner,
@@ -39,7 +37,6 @@ pub(crate) struct CoupledSchedule<'a> {
     warned_of_limit: bool,
     largest_radius: f64,
     kinematics_check: Option<KinematicsCheck>,
-    /// Whether the motion alternates from window to window.
     alternation: Alternation,
 }
 

@@ -122,9 +122,7 @@ fn start_solvers(
     link: &CouplerLink,
     checkpoint: Option<&Path>,
 ) -> Result<(), Failure> {
-    let solvers =
-        [prepared.fluid.as_ref().map(|fluid| &fluid.solver), prepared.dem.as_ref().map(|dem| &dem.solver)];
-    for solver in solvers.into_iter().flatten() {
+    for solver in prepared.solvers().into_iter().flatten() {
         let scene = if solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
         let arguments = serve_arguments(&scene, folder, link.rendezvous(), options.threads, checkpoint);
         start(supervisor, solver, &arguments, StderrMode::Kept)?;
@@ -141,13 +139,13 @@ pub(crate) fn serve_arguments(
     checkpoint: Option<&Path>,
 ) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec!["serve".into(), scene.into()];
-    arguments.extend(["--connect".into(), rendezvous.token().into()]);
-    arguments.extend(["--out".into(), folder.root().into()]);
-    if let Some(threads) = threads {
-        arguments.extend(["--threads".into(), threads.to_string().into()]);
-    }
-    if let Some(checkpoint) = checkpoint {
-        arguments.extend(["--checkpoint".into(), checkpoint.into()]);
+    for (option, value) in [
+        ("--connect", Some(rendezvous.token().into())),
+        ("--out", Some(folder.root().into())),
+        ("--threads", threads.map(|threads| threads.to_string().into())),
+        ("--checkpoint", checkpoint.map(OsString::from)),
+    ] {
+        arguments.extend(value.into_iter().flat_map(|value: OsString| [option.into(), value]));
     }
     arguments
 }

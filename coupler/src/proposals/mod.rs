@@ -38,10 +38,12 @@ const CHEAP: f64 = 0.67;
 
 /// A rule's answer to a scene.
 struct Idea {
+    /// As `--cheaper` takes it.
     name: &'static str,
     /// What is done, in words.
     what: &'static str,
     change: Change,
+    /// Expected, relative.
     error: f64,
     /// How many times less it costs at most, where the plans do not say.
     saving: Option<f64>,
@@ -50,37 +52,27 @@ struct Idea {
 }
 
 /// A cheaper model of a scene.
-#[derive(Clone, Debug)]
 pub(crate) struct Proposal {
-    /// Name, as `--cheaper` takes it.
-    pub(crate) name: &'static str,
-    /// What is done, in words.
-    pub(crate) what: &'static str,
-    /// Expected relative error.
-    pub(crate) error: f64,
-    /// Of which quantity, and why so much.
-    pub(crate) why: String,
+    idea: Idea,
     /// How many times less the run is estimated to cost.
-    pub(crate) saving: f64,
+    saving: f64,
     /// The changed scene (TOML).
-    pub(crate) scene: String,
+    scene: String,
 }
 
 impl Proposal {
     /// One line for `check`.
     pub(crate) fn line(&self) -> String {
-        let error = if self.error > 0.0 {
-            format!("error {} % expected", Short(100.0 * self.error))
+        let Idea { name, what, error, why, .. } = &self.idea;
+        let error = if *error > 0.0 {
+            format!("error {} % expected", Short(100.0 * error))
         } else {
             "without error".into()
         };
         format!(
-            "{}: {}: {} times cheaper by estimate, {error} ({}); --cheaper {} prints the scene",
-            self.name,
-            self.what,
-            Short(self.saving),
-            self.why,
-            self.name
+            "{name}: {what}: {} times cheaper by estimate, {error} ({why}); --cheaper {name} prints the \
+             scene",
+            Short(self.saving)
         )
     }
 }
@@ -97,9 +89,9 @@ pub(crate) fn all(prepared: &Prepared, options: &RunOptions) -> Vec<Proposal> {
 /// The scene of proposal `name`.
 pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> Result<String, Failure> {
     let proposals = all(prepared, options);
-    let names: Vec<&str> = proposals.iter().map(|proposal| proposal.name).collect();
+    let names: Vec<&str> = proposals.iter().map(|proposal| proposal.idea.name).collect();
     let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    match proposals.into_iter().find(|proposal| proposal.name == name) {
+    match proposals.into_iter().find(|proposal| proposal.idea.name == name) {
         Some(proposal) => Ok(proposal.scene),
         None => Err(Failure::Input(format!(
             "--cheaper {name}: no such proposal for {}; there are: {there} (bedload check prints them)",
@@ -121,10 +113,9 @@ fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<P
     });
     let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
     let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
-    let Idea { name, what, error, why, saving, .. } = idea;
-    let saving = saving.or(by_plans)?;
-    let least = if error > 0.0 { 1.0 / CHEAP } else { 1.0 };
-    (saving > least).then_some(Proposal { name, what, error, why, saving, scene })
+    let saving = idea.saving.or(by_plans)?;
+    let least = if idea.error > 0.0 { 1.0 / CHEAP } else { 1.0 };
+    (saving > least).then_some(Proposal { idea, saving, scene })
 }
 
 /// Do two coordinates agree but for rounding, on the scale of `size`?

@@ -11,23 +11,13 @@ use crate::solvers::Solver;
 /// Keys of a solver's section that start a program.
 const STARTS: [&str; 2] = ["command", "launcher"];
 
-/// What is driven.
-pub(super) struct Changed {
-    /// The scene that the solver reads.
-    pub(super) scene: CheckedScene,
-    /// The solver: ours, or what `--set` names.
-    pub(super) solver: Solver,
-}
-
-/// Applies `--set` to the scene of a log. Paths in it count from the current folder.
-///
-/// # Errors
-/// [`Failure::Scene`] where a value does not fit, [`Failure::Input`] where a program is named that may not be
-/// started, or the number of grains is another one.
-pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<Changed, Failure> {
+/// The scene that the solver reads, that of a log with `--set`, whose paths count from the current folder;
+/// and the solver: ours, or what `--set` names. Fails with [`Failure::Scene`] where a value does not fit,
+/// [`Failure::Input`] where a program is named that may not be started, or the number of grains is another
+/// one.
+pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<(CheckedScene, Solver), Failure> {
     if request.overrides.is_empty() {
-        let scene = logged(request, manifest)?;
-        return Ok(Changed { scene, solver: Solver::ours(request.drive) });
+        return Ok((logged(request, manifest)?, Solver::ours(request.drive)));
     }
     let named = SceneSource { file: "the scene in the log".into(), text: without_commands(&manifest.scene) }
         .with_overrides(&request.overrides)?;
@@ -41,7 +31,7 @@ pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<Changed, 
             request.log.display()
         )));
     }
-    Ok(Changed { scene, solver })
+    Ok((scene, solver))
 }
 
 /// The scene as it was run.

@@ -12,10 +12,10 @@ use crate::number::{Short, norm};
 /// Below this part of the largest logged value a difference is one of rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What is compared: a vector of a record.
-type Vector<R> = fn(&R) -> [f64; 3];
+/// What is compared: name and unit of a vector of a record.
+type Quantity<R> = (&'static str, &'static str, fn(&R) -> [f64; 3]);
 
-const MOTION: [(&str, &str, Vector<Kinematics>); 5] = [
+const MOTION: [Quantity<Kinematics>; 5] = [
     ("position", "m", |grain| grain.position),
     ("velocity", "m/s", |grain| grain.velocity),
     ("spin", "rad/s", |grain| grain.spin),
@@ -23,7 +23,7 @@ const MOTION: [(&str, &str, Vector<Kinematics>); 5] = [
     ("lubrication_force", "N", |grain| grain.lubrication_force),
 ];
 
-const LOADS: [(&str, &str, Vector<Loads>); 2] =
+const LOADS: [Quantity<Loads>; 2] =
     [("force", "N", |loads| loads.force), ("torque", "N m", |loads| loads.torque)];
 
 /// The largest difference of one quantity over the grains of a window.
@@ -68,19 +68,7 @@ impl Divergence {
         Self { scales: vec![0.0; quantities.len()], quantities, periods, rows: Vec::new() }
     }
 
-    /// Compares the loads of a window.
-    fn loads(&mut self, window: &Window, logged: &[Loads], sent: &[Loads]) {
-        let cells = self.cells(&LOADS, logged, sent);
-        self.rows.push(Row { step: window.step, time: window.time + window.dt, cells });
-    }
-
-    /// Compares the kinematics of a window.
-    fn kinematics(&mut self, window: &Window, logged: &[Kinematics], sent: &[Kinematics]) {
-        let cells = self.cells(&MOTION, logged, sent);
-        self.rows.push(Row { step: window.step, time: window.time + window.dt, cells });
-    }
-
-    fn cells<R>(&mut self, of: &[(&str, &str, Vector<R>)], logged: &[R], sent: &[R]) -> Vec<Cell> {
+    fn compare<R>(&mut self, window: &Window, of: &[Quantity<R>], logged: &[R], sent: &[R]) {
         let mut cells = Vec::with_capacity(of.len());
         for (scale, (name, _, vector)) in self.scales.iter_mut().zip(of) {
             let periods = if *name == "position" { self.periods } else { [f64::INFINITY; 3] };
@@ -101,7 +89,7 @@ impl Divergence {
             }
             cells.push(cell);
         }
-        cells
+        self.rows.push(Row { step: window.step, time: window.time + window.dt, cells });
     }
 
     pub(super) fn windows(&self) -> usize {
@@ -200,15 +188,14 @@ impl Compare for Divergence {
         let window = logged.window();
         match (sent.loads_header, &logged.loads, &logged.kinematics) {
             _ if !is_last => {}
-            (Some(_), Some((_, loads)), _) => self.loads(&window, loads, sent.loads),
-            (None, _, Some((_, kinematics))) => self.kinematics(&window, kinematics, sent.kinematics),
+            (Some(_), Some((_, loads)), _) => self.compare(&window, &LOADS, loads, sent.loads),
+            (None, _, Some((_, motion))) => self.compare(&window, &MOTION, motion, sent.kinematics),
             _ => {}
         }
         true
     }
 }
 
-/// A line of the table.
 fn line([name, difference, unit, relative, time, step, grain]: [String; 7]) -> String {
     format!("  {name:22} {difference:>10} {unit:6} {relative:>10} {time:>10} {step:>8} {grain:>7}\n")
 }
@@ -226,16 +213,15 @@ fn apart(logged: [f64; 3], sent: [f64; 3], periods: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bedload_scene::SceneSource;
+    use crate::test_scenes::scene;
 
     fn two_grains() -> CheckedScene {
         let grain = "[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = 0.25\ndensity = 1.0\n";
-        let text = format!(
+        scene(format!(
             "until = 1.0\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\n\
              boundary = {{ x = \"periodic\", y = \"no-slip\", z = \"no-slip\" }}\n{grain}{}",
             grain.replace("[1.0, 1.0", "[3.0, 3.0")
-        );
-        CheckedScene::new(SceneSource { file: "two.toml".into(), text }).expect("a scene")
+        ))
     }
 
     fn window(step: u64) -> Window {
@@ -250,14 +236,14 @@ mod tests {
     fn the_first_and_the_largest_difference_are_named() {
         let mut divergence = Divergence::new(Role::Dem, &two_grains());
         let logged = vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)];
-        divergence.kinematics(&window(0), &logged, &logged);
+        divergence.compare(&window(0), &MOTION, &logged, &logged);
         // Beyond the period, the same place up to rounding.
         let turned = vec![at([1.0; 3], 0.0), at([-0.1, 0.0, 0.0], 2.0)];
-        divergence.kinematics(&window(1), &logged, &turned);
+        divergence.compare(&window(1), &MOTION, &logged, &turned);
         let other = vec![at([1.0; 3], 0.0), at([3.9, 0.0, 0.0], 2.5)];
-        divergence.kinematics(&window(2), &logged, &other);
+        divergence.compare(&window(2), &MOTION, &logged, &other);
         let nothing = vec![at([f64::NAN; 3], 0.0), at([3.9, 0.0, 0.0], 2.0)];
-        divergence.kinematics(&window(3), &logged, &nothing);
+        divergence.compare(&window(3), &MOTION, &logged, &nothing);
         let said = divergence.summary();
         assert!(said.contains("window 2, t = 3 s, grain 1, contact_force: 0.5 N, 0.25 of it"), "{said}");
         let csv = divergence.csv();
@@ -273,7 +259,7 @@ mod tests {
         let mut divergence = Divergence::new(Role::Dem, &two_grains());
         let logged = vec![at([1.0; 3], 0.0); 2];
         let sent = vec![at([1.0 + f64::EPSILON, 1.0, 1.0], 0.0); 2];
-        divergence.kinematics(&window(0), &logged, &sent);
+        divergence.compare(&window(0), &MOTION, &logged, &sent);
         assert!(divergence.summary().starts_with("no difference beyond"), "{}", divergence.summary());
         assert!(divergence.csv().contains("2.220446049250313e-16"));
     }

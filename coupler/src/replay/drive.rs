@@ -16,7 +16,7 @@ use protocol::scheme::Scheme;
 
 use super::changed::{changed, logged};
 use super::divergence::Divergence;
-use super::request::Replay;
+use super::request::{Figure, Replay};
 use super::substeps::{Substeps, aimed_at};
 use crate::config::Coupling;
 use crate::failure::Failure;
@@ -26,12 +26,15 @@ use crate::solo_run::{Setting, Setup, SoloRun, Turn};
 use crate::solvers::Solver;
 
 /// Drives the solver through the log, prints what differs, and writes `divergence.csv` and `.svg` where an
-/// output folder is named. Differences are the result, and no failure.
-///
-/// # Errors
-/// [`Failure`]: a scene that does not fit, a solver that fails, a log that is damaged or breaks off. What was
-/// compared until then is printed and written all the same.
-pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrupts) -> Result<(), Failure> {
+/// output folder is named. Differences are the result, and no failure. Fails at a scene that does not fit, a
+/// solver that fails, a log that is damaged or breaks off. What was compared until then is printed and
+/// written all the same.
+pub(super) fn compare(
+    request: &Replay,
+    figure: Figure,
+    reader: LogReader,
+    interrupts: &Interrupts,
+) -> Result<(), Failure> {
     if let Err(error) = remove_stale_runs() {
         protocol::say!("bedload: warning: cannot remove what dead runs left: {error}");
     }
@@ -50,7 +53,7 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
     let seconds = begin.elapsed().as_secs_f64();
     // Before anything is printed: a pipe may be closed.
     let written = match &request.out {
-        Some(out) => write(&divergence, &title, request, out)?,
+        Some(out) => write(&divergence, &title, request, figure, out)?,
         None => Vec::new(),
     };
     protocol::show!(
@@ -72,8 +75,8 @@ pub(super) fn compare(request: &Replay, reader: LogReader, interrupts: &Interrup
 /// Reads the scene, asks the solver, and prepares its folder.
 fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setup, Substeps), Failure> {
     let manifest = reader.manifest();
-    let now = changed(request, manifest)?;
-    let coupling = Coupling::read(&now.scene)?;
+    let (scene, solver) = changed(request, manifest)?;
+    let coupling = Coupling::read(&scene)?;
     let before = logged(request, manifest)?;
     let aim = |solver: &Solver, scene: &CheckedScene, coupling: &Coupling, name: &str| {
         let path = scratch.join(name);
@@ -88,7 +91,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
     let substeps = match request.overrides.is_empty() {
         true => Substeps::default(),
         false => Substeps {
-            now: aim(&now.solver, &now.scene, &coupling, "changed.toml")?,
+            now: aim(&solver, &scene, &coupling, "changed.toml")?,
             // Of a scene that our solver cannot read the sub-step is not known.
             logged: Coupling::read(&before)
                 .map_err(Failure::from)
@@ -97,14 +100,14 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
         },
     };
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
-    let folder = OutputFolder::create(&root, &now.scene, false)?;
-    if !now.solver.is_ours() {
-        folder.write_scene_in_full(&now.scene, None, None, None)?;
+    let folder = OutputFolder::create(&root, &scene, false)?;
+    if !solver.is_ours() {
+        folder.write_scene_in_full(&scene, None, None, None)?;
     }
-    let file = if now.solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
-    let (role, command) = (request.drive, now.solver.run_command());
+    let file = if solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
+    let (role, command) = (request.drive, solver.run_command());
     let join_s = coupling.startup_deadline;
-    Ok((Setup { role, command, scene: now.scene, coupling, folder, file, join_s }, substeps))
+    Ok((Setup { role, command, scene, coupling, folder, file, join_s }, substeps))
 }
 
 /// What the other side sends in a window that the log has no message of it for: it took no part.
@@ -120,7 +123,6 @@ struct Driven<'a> {
 }
 
 impl Driven<'_> {
-    /// A failure in a window.
     fn failed(&self, step: u64, error: &str) -> Failure {
         let what = format!("the {} solver: window {step}: {error}", self.role);
         if self.run.has_failed() { Failure::Run(what) } else { Failure::Peer(what) }
@@ -241,6 +243,7 @@ fn write(
     divergence: &Divergence,
     title: &str,
     request: &Replay,
+    figure: Figure,
     out: &Path,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut written = Vec::new();
@@ -250,10 +253,9 @@ fn write(
         [only] if only.chars().count() <= 60 => format!("{name}: replay with {only} against log"),
         more => format!("{name}: replay with {} other value(s) against log", more.len()),
     };
-    for (file, text) in [
-        ("divergence.csv", divergence.csv()),
-        ("divergence.svg", (request.figure)(&title, divergence.curves())),
-    ] {
+    for (file, text) in
+        [("divergence.csv", divergence.csv()), ("divergence.svg", figure(&title, divergence.curves()))]
+    {
         let path = out.join(file);
         atomic_write(&path, text.as_bytes())?;
         written.push(path);

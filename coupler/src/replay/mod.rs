@@ -33,10 +33,7 @@ use crate::solvers::Solver;
 
 /// Replays a log. Our own solver is started whatever command the log names: a log is data, and may come from
 /// anyone.
-///
-/// # Errors
-/// [`Failure`].
-pub fn replay(replay: &Replay) -> Result<(), Failure> {
+pub fn replay(replay: &Replay, figure: Figure) -> Result<(), Failure> {
     let reader = LogReader::open(&replay.log).map_err(|error| Failure::Input(error.to_string()))?;
     let manifest = reader.manifest().clone();
     if !manifest.has(replay.drive) {
@@ -58,7 +55,7 @@ pub fn replay(replay: &Replay) -> Result<(), Failure> {
     }
     let interrupts = Interrupts::listen(3)?;
     if replay.compare || !replay.overrides.is_empty() {
-        return drive::compare(replay, reader, &interrupts);
+        return drive::compare(replay, figure, reader, &interrupts);
     }
     alone(replay, &manifest, &interrupts)
 }
@@ -88,27 +85,20 @@ fn alone(replay: &Replay, manifest: &Manifest, interrupts: &Interrupts) -> Resul
             supervisor.signal(Signal::TERM);
         }
     })?;
-    match exit {
-        Ok(exit) => match exit.code() {
-            Some(0) => Ok(()),
-            Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
-            None if interrupts.count() > 0 => Err(Failure::Interrupted("the replay was not finished".into())),
-            None => Err(Failure::Peer(exit.to_string())),
-        },
-        Err(what) => Err(Failure::Peer(what)),
+    let exit = exit.map_err(Failure::Peer)?;
+    match exit.code() {
+        Some(0) => Ok(()),
+        Some(code) => Err(Failure::Passed(u8::try_from(code).unwrap_or(1))),
+        None if interrupts.count() > 0 => Err(Failure::Interrupted("the replay was not finished".into())),
+        None => Err(Failure::Peer(exit.to_string())),
     }
 }
 
 fn arguments(replay: &Replay) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec!["replay".into(), replay.log.clone().into()];
-    if replay.verify {
-        arguments.push("--verify".into());
-    }
-    if let Some(checkpoint) = &replay.checkpoint {
-        arguments.extend(["--checkpoint".into(), checkpoint.into()]);
-    }
-    if let Some(out) = &replay.out {
-        arguments.extend(["--out".into(), out.into()]);
+    arguments.extend(replay.verify.then(|| "--verify".into()));
+    for (option, value) in [("--checkpoint", &replay.checkpoint), ("--out", &replay.out)] {
+        arguments.extend(value.iter().flat_map(|value| [option.into(), value.into()]));
     }
     arguments
 }

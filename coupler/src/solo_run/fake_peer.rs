@@ -53,82 +53,74 @@ pub(super) fn start(rendezvous: &Rendezvous, instructions: Instructions, out: &P
     // An error of the peer shows in the run, which is observed.
     std::thread::spawn(move || {
         let _ = match instructions.records {
-            Records::Loads(_) => serve_as::<AsFluid>(&rendezvous, instructions, &out),
-            Records::Kinematics(_) => serve_as::<AsDem>(&rendezvous, instructions, &out),
+            Records::Loads(_) => serve_with::<Kinematics>(&rendezvous, instructions, &out),
+            Records::Kinematics(_) => serve_with::<Loads>(&rendezvous, instructions, &out),
         };
     })
 }
 
-fn serve_as<S: Side>(
+fn serve_with<In: Incoming>(
     rendezvous: &Rendezvous,
     instructions: Instructions,
     out: &Path,
 ) -> Result<(), SolverError> {
     let Instructions { records, replaced, fault, over } = instructions;
-    let sends = S::Out::of(records);
-    let mut link = S::In::join(rendezvous, S::ROLE, sends.len())?;
-    serve(&mut FakePeer::<S> { sends, replaced, fault, over }, &mut *link, out)
+    let sends = In::Answer::of(records);
+    let mut link = In::join(rendezvous, In::PEER, sends.len())?;
+    serve(&mut FakePeer::<In> { sends, replaced, fault, over }, &mut *link, out)
 }
 
-/// A side of the exchange.
-trait Side {
-    type In: Wire<Answer = Self::Out>;
-    type Out: Logged;
-    const ROLE: Role;
-    fn spoil(record: &mut Self::Out);
+/// What the peer receives; it sends the answer to it.
+trait Incoming: Wire<Answer: Logged> {
+    /// Role of the peer.
+    const PEER: Role;
+    /// Makes a value of an answer no number.
+    fn spoil(record: &mut Self::Answer);
 }
 
-struct AsFluid;
-
-impl Side for AsFluid {
-    type In = Kinematics;
-    type Out = Loads;
-    const ROLE: Role = Role::Fluid;
+impl Incoming for Kinematics {
+    const PEER: Role = Role::Fluid;
     fn spoil(record: &mut Loads) {
         record.force[2] = f64::NAN;
     }
 }
 
-struct AsDem;
-
-impl Side for AsDem {
-    type In = Loads;
-    type Out = Kinematics;
-    const ROLE: Role = Role::Dem;
+impl Incoming for Loads {
+    const PEER: Role = Role::Dem;
     fn spoil(record: &mut Kinematics) {
         record.velocity[2] = f64::NAN;
     }
 }
 
-struct FakePeer<S: Side> {
-    sends: Vec<S::Out>,
+struct FakePeer<In: Incoming> {
+    sends: Vec<In::Answer>,
     replaced: Receiver<Records>,
     fault: FaultFrom,
     over: Arc<AtomicBool>,
 }
 
-impl<S: Side> FakePeer<S> {
+impl<In: Incoming> FakePeer<In> {
     fn send(
         &self,
         header: Header,
         fault: Fault,
-        exchange: &mut dyn Exchange<S::In, S::Out>,
+        exchange: &mut dyn Exchange<In, In::Answer>,
     ) -> Result<(), ExchangeError> {
         exchange.send(header, &mut |out| {
             for (out, record) in out.iter_mut().zip(&self.sends) {
                 *out = *record;
             }
             if fault == Fault::NotFinite {
-                out.iter_mut().take(1).for_each(S::spoil);
+                out.iter_mut().take(1).for_each(In::spoil);
             }
         })
     }
 }
 
-impl<S: Side> Participant for FakePeer<S> {
-    type Incoming = S::In;
-    type Outgoing = S::Out;
-    const ROLE: Role = S::ROLE;
+impl<In: Incoming> Participant for FakePeer<In> {
+    type Incoming = In;
+    type Outgoing = In::Answer;
+    const ROLE: Role = In::PEER;
 
     fn grains(&self) -> usize {
         self.sends.len()
@@ -137,10 +129,10 @@ impl<S: Side> Participant for FakePeer<S> {
     fn advance(
         &mut self,
         window: &Window,
-        exchange: &mut dyn Exchange<S::In, S::Out>,
+        exchange: &mut dyn Exchange<In, In::Answer>,
     ) -> Result<WindowReport, SolverError> {
         if let Ok(records) = self.replaced.try_recv() {
-            self.sends = S::Out::of(records);
+            self.sends = In::Answer::of(records);
         }
         let fault = if window.step >= self.fault.from { self.fault.fault } else { Fault::None };
         match fault {
@@ -153,9 +145,9 @@ impl<S: Side> Participant for FakePeer<S> {
             }
             Fault::None | Fault::NotFinite => {}
         }
-        let substeps = if S::ROLE == Role::Dem { window.substeps } else { 0 };
+        let substeps = if In::PEER == Role::Dem { window.substeps } else { 0 };
         let header = Header { substeps, ..window.header() };
-        if S::ROLE == Role::Fluid {
+        if In::PEER == Role::Fluid {
             self.send(header, fault, exchange)?;
             exchange.receive(window, &mut |_, _| {})?;
         } else {

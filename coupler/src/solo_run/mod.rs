@@ -88,22 +88,13 @@ impl Setup {
             .map_err(|error| format!("cannot start `{}`: {error}", self.command.join(" ")))?;
         Ok(supervisor)
     }
-
-    /// Waits until the solver has left, at most `limit`.
-    pub(crate) fn leaves(&self, supervisor: &Supervisor, limit: Duration) -> Result<Exit, String> {
-        if !supervisor.wait_all(limit) {
-            return Err(format!("was still there after {:.1} s", limit.as_secs_f64()));
-        }
-        supervisor.exits().pop().ok_or_else(|| "is gone, and nobody knows how".into())
-    }
 }
 
-/// A run under way.
 pub(crate) struct SoloRun<'a> {
     setup: &'a Setup,
     /// None once the coupler has left.
     link: Option<CouplerLink>,
-    supervisor: Supervisor,
+    pub(crate) supervisor: Supervisor,
     peer: Option<JoinHandle<()>>,
     replacements: Sender<Records>,
     over: Arc<AtomicBool>,
@@ -114,7 +105,6 @@ pub(crate) struct SoloRun<'a> {
     others: u64,
     /// What the solver said when it was ready.
     pub(crate) ready: Status,
-    /// Time that it took to join.
     pub(crate) joined: Duration,
 }
 
@@ -158,15 +148,10 @@ impl<'a> SoloRun<'a> {
     fn why(&self, error: &ExchangeError) -> String {
         // one that goes needs a moment to be gone
         self.supervisor.wait_all(Duration::from_millis(100));
-        let words = self.supervisor.last_words(self.setup.role);
-        let how = match self.supervisor.exits().pop() {
-            Some(exit) => how(&exit),
-            None => return error.to_string(),
-        };
-        if words.is_empty() {
-            format!("{error}: {how}")
-        } else {
-            format!("{error}: {how}, its last words: {words}")
+        let Some(exit) = self.supervisor.exits().pop() else { return error.to_string() };
+        match self.supervisor.last_words(self.setup.role) {
+            words if words.is_empty() => format!("{error}: {}", how(&exit)),
+            words => format!("{error}: {}, its last words: {words}", how(&exit)),
         }
     }
 
@@ -239,7 +224,6 @@ impl<'a> SoloRun<'a> {
         self.report(step)
     }
 
-    /// Has the solver said that it failed?
     pub(crate) fn has_failed(&self) -> bool {
         self.said.iter().any(|status| status.state == State::Failed as u64)
     }
@@ -252,11 +236,10 @@ impl<'a> SoloRun<'a> {
 
     /// `Stop` between windows: the solver must say `Stopped` and leave with 0.
     pub(crate) fn stop(&mut self) -> Result<(), String> {
-        if self.sent.is_empty() {
-            self.stop_unfinished()
-        } else {
-            Err("sent its records more than once in a window".into())
+        if !self.sent.is_empty() {
+            return Err("sent its records more than once in a window".into());
         }
+        self.stop_unfinished()
     }
 
     /// `Stop` at any time.
@@ -267,22 +250,16 @@ impl<'a> SoloRun<'a> {
         if said.state != State::Stopped as u64 {
             return Err(format!("answered Stop with state {} (Stopped is 4): {}", said.state, said.text()));
         }
-        let exit = self.setup.leaves(&self.supervisor, LEAVE)?;
-        if exit.code() == Some(0) {
-            Ok(())
-        } else {
-            Err(format!("after Stop it {}, 0 was expected", how(&exit)))
+        let exit = self.supervisor.leaves(LEAVE)?;
+        match exit.code() {
+            Some(0) => Ok(()),
+            _ => Err(format!("after Stop it {}, 0 was expected", how(&exit))),
         }
     }
 
     /// The coupler leaves without a word.
     pub(crate) fn abandon(&mut self) {
         self.link = None;
-    }
-
-    /// Waits until the solver has left.
-    pub(crate) fn leaves(&self, limit: Duration) -> Result<Exit, String> {
-        self.setup.leaves(&self.supervisor, limit)
     }
 }
 

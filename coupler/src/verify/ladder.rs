@@ -116,7 +116,6 @@ fn up(cells: f64) -> u64 {
     fast((cells - 1e-6).ceil().max(1.0) as u64)
 }
 
-/// The fast number that is the nearest.
 fn nearest(cells: f64) -> u64 {
     let above = up(cells);
     let below = (2..=cells as u64).rev().find(is_fast).unwrap_or(above);
@@ -125,17 +124,15 @@ fn nearest(cells: f64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use bedload_scene::SceneSource;
-
     use super::*;
+    use crate::test_scenes;
 
     fn scene(more: &str, cells: &str, upper: &str) -> CheckedScene {
-        let text = format!(
+        test_scenes::scene(format!(
             "until = 1.0\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = {upper}\n\
              cells = {cells}\nboundary = {{ r_upper = \"free-slip\", z = \"free-slip\" }}\n\
              [medium]\ndensity = 1.0\nviscosity = 1.0\n{more}"
-        );
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+        ))
     }
 
     const GRAIN: &str = "[[grains]]\nposition = [0.0, 0.0, 5.0]\nradius = 0.5\ndensity = 2.0\n";

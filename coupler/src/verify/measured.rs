@@ -3,6 +3,8 @@
 use bedload_scene::speeds::drive;
 use bedload_scene::{CheckedScene, InitialVelocity, MetricKind, Motion, SUPERFICIAL};
 
+use crate::number::AXES;
+
 /// Most grains that are measured one by one.
 const ONE_BY_ONE: usize = 2;
 
@@ -26,7 +28,7 @@ pub(super) fn metrics(scene: &CheckedScene) -> Option<String> {
     let free: Vec<usize> = of(|motion| *motion == Motion::Free).collect();
     let mut list = Vec::new();
     if free.is_empty() {
-        let axis = direction(scene).map(letter)?;
+        let axis = AXES[direction(scene)?];
         let force = |place| {
             format!("{{name=\"force-{place}\",kind=\"final\",column=\"hydrodynamic_force_{axis}[{place}]\"}}")
         };
@@ -61,13 +63,8 @@ pub(super) fn names(scene: &CheckedScene, named: bool) -> Vec<String> {
     };
     let metrics = scene.scene.metrics.iter().filter(|metric| !is_difference(&metric.kind));
     let alone = !named && !scene.has_free_grains();
-    let flow = direction(scene).filter(|_| alone).map(|axis| format!("{SUPERFICIAL}{}", letter(axis)));
+    let flow = direction(scene).filter(|_| alone).map(|axis| format!("{SUPERFICIAL}{}", AXES[axis]));
     metrics.map(|metric| metric.name.clone()).chain(flow).collect()
-}
-
-/// Letter of a component.
-fn letter(component: usize) -> &'static str {
-    ["x", "y", "z"][component]
 }
 
 /// Component along which the scene moves its fluid the most: by a flow rate that is held, a drive, faces and
@@ -100,18 +97,16 @@ fn direction(scene: &CheckedScene) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use bedload_scene::SceneSource;
-
     use super::*;
+    use crate::test_scenes;
 
     fn scene(gravity: f64, more: &str) -> CheckedScene {
-        let text = format!(
+        test_scenes::scene(format!(
             "until = 2.0\ngravity = [0.0, 0.0, {gravity:?}]\n[domain]\ngeometry = \"space\"\n\
              lower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\ncells = [24, 24, 24]\n\
              boundary = {{ x = \"periodic\", y = \"periodic\", z = \"no-slip\" }}\n\
              [medium]\ndensity = 1.0\nviscosity = 1.0\n{more}"
-        );
-        CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene")
+        ))
     }
 
     fn grains(count: usize, more: &str) -> String {

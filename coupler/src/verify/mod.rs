@@ -48,7 +48,6 @@ struct Planned {
 struct Found {
     /// Widths of the cells over the scene's.
     widths: Vec<f64>,
-    /// The summaries.
     summaries: Vec<Summary>,
 }
 
@@ -113,7 +112,10 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     };
     let mut summary = last.clone();
     // A run that broke off leaves the one before it as the finest.
-    take_in(&planned[rung].options.out_path(), folder.root()).map_err(cannot_move(folder.root()))?;
+    take_in(&planned[rung].options.out_path(), folder.root()).map_err(|error| {
+        let root = folder.root().display();
+        Failure::Run(format!("cannot move the last run into {root}: {error}"))
+    })?;
     summary.verification = Some(found.verification(&planned, &names, target));
     let outcome = summarise(&folder, &mut summary, outcome);
     crate::coupled::draw(folder.root(), report);
@@ -132,10 +134,7 @@ fn planned(ladder: &Ladder<'_>, base: &RunOptions) -> Result<Vec<Planned>, Failu
         let overrides = [&base.overrides[..], &rung.set].concat();
         let out = Some(base.out_path().join(format!("verify-{}", place + 1)));
         let options = RunOptions { overrides, out, overwrite: true, ..base.clone() };
-        let checked = Prepared::new(&options).and_then(|prepared| {
-            prepared.refuse_broken()?;
-            Ok(prepared)
-        });
+        let checked = Prepared::new(&options).and_then(|made| made.refuse_broken().map(|()| made));
         let needed = place <= ladder.needed;
         let prepared = match checked {
             Ok(prepared) => prepared,
@@ -230,17 +229,16 @@ fn climb(
             protocol::tell!("bedload: grid {}: {STEPS}", place + 1);
         }
         if place + 1 == planned.len() {
+            let found = if error.is_finite() {
+                format!("is within {} % by estimate", Short(100.0 * error))
+            } else {
+                "has no estimate, as it has no value on one of the last three grids".to_owned()
+            };
+            let (joint, steps) = if follows { ("", "") } else { ("; ", STEPS) };
             return Err(Failure::Run(format!(
-                "not as exact as asked: {name} {}, {} % was asked for; the next grid costs more than {DEAREST} \
-                 times the first two and {CHEAP} s, or breaks a bound: ask for less{}{}",
-                if error.is_finite() {
-                    format!("is within {} % by estimate", Short(100.0 * error))
-                } else {
-                    "has no estimate, as it has no value on one of the last three grids".to_owned()
-                },
-                Short(100.0 * target),
-                if follows { "" } else { "; " },
-                if follows { "" } else { STEPS }
+                "not as exact as asked: {name} {found}, {} % was asked for; the next grid costs more than \
+                 {DEAREST} times the first two and {CHEAP} s, or breaks a bound: ask for less{joint}{steps}",
+                Short(100.0 * target)
             )));
         }
     }
@@ -307,11 +305,8 @@ fn worst(metrics: &BTreeMap<String, VerifiedMetric>) -> (String, f64) {
 /// Each metric in words.
 fn lines(metrics: &BTreeMap<String, VerifiedMetric>) -> Vec<String> {
     let line = |(name, of): (&String, &VerifiedMetric)| {
-        let values: Vec<String> = of
-            .values
-            .iter()
-            .map(|value| value.map_or("none".into(), |value| Short(value).to_string()))
-            .collect();
+        let text = |value: &Option<f64>| value.map_or("none".into(), |value| Short(value).to_string());
+        let values: Vec<String> = of.values.iter().map(text).collect();
         let order = of.order.map_or(String::new(), |order| format!(", order {order:.1}"));
         let error = of.error.map_or("no estimate".into(), |error| format!("{} %", Short(100.0 * error)));
         format!("{name} {} ({error}{order})", values.join(", "))
@@ -332,8 +327,4 @@ fn take_in(from: &Path, into: &Path) -> std::io::Result<()> {
         }
     }
     fs::remove_dir(from)
-}
-
-fn cannot_move(folder: &Path) -> impl Fn(std::io::Error) -> Failure {
-    move |error| Failure::Run(format!("cannot move the last run into {}: {error}", folder.display()))
 }

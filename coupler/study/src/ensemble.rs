@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use bedload_output::{MetricValue, Series, Summary, atomic_write};
 use bedload_program::RunOptions;
 use bedload_scene::SceneSource;
+use clap::Args;
 use serde::Deserialize;
 
 use super::commands::Options;
@@ -30,15 +31,20 @@ const PROFILES: [&str; 2] = ["planes", "profile"];
 const RANDOM: [&str; 3] = ["rough_walls", "groups", "insertions"];
 
 /// What to run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Args)]
 pub struct Ensemble {
-    /// Scene files; each starts from the one before.
+    /// Scene files (TOML): one, or a chain in which each starts from the one before, such as
+    /// settling.toml flow.toml, where flow.toml reads out/settling/grains.csv
+    #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
-    /// How many seeds.
-    pub seeds: usize,
-    /// `KEY=VALUE` of the last scene, `NAME:KEY=VALUE` of the scene NAME.toml.
+    /// Runs; run k, from 0, adds 1000 k to every seed of groups, insertions and rough walls
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=1000))]
+    pub seeds: u16,
+    /// Override any key of the last scene, or with NAME:KEY=VALUE of the scene NAME.toml; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// End of the last scene, s.
+    /// End of the last scene, s, instead of its `until`
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
 }
 
@@ -107,10 +113,11 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     let Some(last) = stages.last() else { return Err(Failure::Input("no scene was named".into())) };
     let out = options.folder(&format!("{}-ensemble", last.name));
     let whole = std::path::absolute(&out).map_err(folder::cannot("find", &out))?;
-    let jobs = options.jobs.map_or(cores(), usize::from).clamp(1, asked.seeds);
+    let seeds = usize::from(asked.seeds);
+    let jobs = options.jobs.map_or(cores(), usize::from).clamp(1, seeds);
     let threads = (cores() / jobs).max(1);
     let chains: Vec<Vec<Task>> =
-        (0..asked.seeds).map(|seed| chain(&stages, seed, &whole, threads)).collect::<Result<_, _>>()?;
+        (0..seeds).map(|seed| chain(&stages, seed, &whole, threads)).collect::<Result<_, _>>()?;
     // A fault of the first scene with every seed is one of the command, not of eight runs; where grains find
     // no room it is one of a seed.
     let read = |chain: &Vec<Task>| {
@@ -148,7 +155,7 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     if failed.is_empty() {
         return Ok(());
     }
-    let (count, seeds) = (failed.len(), asked.seeds);
+    let count = failed.len();
     let rest = if done.is_empty() { "" } else { "; the table is of the others" };
     Err(Failure::Run(format!("{count} of {seeds} seeds failed{rest}: {}", failed.join("; "))))
 }

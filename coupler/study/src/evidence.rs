@@ -408,9 +408,6 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
 }
 
 /// Prints all studies of the repository in their order, with the time that making each takes by its rows.
-///
-/// # Errors
-/// [`Failure`] if a table cannot be read.
 pub fn list() -> Result<(), Failure> {
     let (mut total, mut unknown) = (0.0, 0);
     println!("{:>6} {:>9}  study -> table", "runs", "minutes");

@@ -10,25 +10,33 @@ use std::process::{Command, Stdio};
 
 use bedload_output::{OutputFolder, Summary, atomic_write};
 use bedload_scene::{CheckedScene, SceneSource};
+use clap::Args;
 
 use super::pictures::{
     self, COLOURS, Frame, HIGH, Instant, Quantity, Raster, Scale, Shape, Slice, Tone, instants,
 };
 use coupler::failure::Failure;
-use coupler::number::Short;
+use coupler::number::{AXES, Short};
 
 /// What `bedload film` was asked.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Args)]
 pub struct Film {
-    /// Output folder of a run.
+    /// Output folder of a run with fields (observe.fields_every)
     pub dir: PathBuf,
-    /// Field to colour; none: the speed of the fluid, or of the grains where no fluid took part.
+    /// What is coloured: speed, velocity-x, -y, -z, vorticity, vorticity-x, -z, pressure, solid, or
+    /// grains (by their speed). By default speed, or grains in a run without fluid
+    #[arg(long, value_name = "F")]
     pub field: Option<String>,
-    /// Plane, such as `y=0.5`; none: y in the middle of the box.
+    /// Plane, such as y=0.5 (m); by default y in the middle of the box
+    #[arg(long, value_name = "AXIS=POSITION")]
     pub slice: Option<String>,
-    /// Width of a frame, pixels.
+    /// Width of a frame, pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 960,
+          value_parser = clap::value_parser!(u16).range(160..=4096))]
     pub width: u16,
-    /// Frames per second of the film.
+    /// Frames per second of the film
+    #[arg(long, value_name = "N", default_value_t = 10,
+          value_parser = clap::value_parser!(u16).range(1..=50))]
     pub rate: u16,
 }
 
@@ -70,10 +78,7 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
             folder.root().display()
         )));
     }
-    let quantity = quantity.unwrap_or(match has_fluid {
-        true => Quantity::SPEED,
-        false => Quantity::GRAINS,
-    });
+    let quantity = quantity.unwrap_or(if has_fluid { Quantity::SPEED } else { Quantity::GRAINS });
     let read = |instant: &Instant| Frame::read(instant, &|_| slice, quantity, shape).map_err(Failure::Input);
     let mut view = pictures::NOWHERE;
     let scale = Scale::of(instants.iter().map(|instant| {
@@ -175,7 +180,7 @@ fn draw(frame: &Frame, scale: &Scale, width: usize, mirrored: bool) -> Result<Ra
     let ((west, south), (east, north)) = frame.view;
     let largest = [west, south, east, north].map(f64::abs).into_iter().fold(0.0, f64::max);
     let (unit, symbol) = if largest < 0.1 { (1e-3, "mm") } else { (1.0, "m") };
-    let [x, z] = frame.axes().map(|axis| format!("{}, {symbol}", ["x", "y", "z"][axis]));
+    let [x, z] = frame.axes().map(|axis| format!("{}, {symbol}", AXES[axis]));
     let x = if mirrored { x.replace('x', "r") } else { x };
     // Of a first guess of the size of a pixel: the margin hangs on the numbers, and they on it.
     let levels = |pixel: f64| ticks((south, north), 4.0 * HIGH as f64 * pixel, unit);

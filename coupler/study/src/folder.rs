@@ -46,7 +46,6 @@ pub(super) fn open(folder: &Path, scene: &SceneSource) -> Result<Claim, Failure>
     Ok(claim)
 }
 
-/// Refuses the output folder of a run.
 pub(super) fn not_of_a_run(folder: &Path) -> Result<(), Failure> {
     if folder.join("summary.json").exists() {
         return Err(content(folder)("is the output folder of a run; name another with --out".to_owned()));

@@ -34,10 +34,7 @@ fn measured(table: &Table) -> Vec<Run> {
             error: row.error.filter(|error| *error > 0.0 && error.is_finite())?,
             fineness: refining.and_then(|column| table.number(number, column)).unwrap_or(0.0),
             others: others.collect(),
-            numbers: Vec::new(),
-            resolution: None,
-            step: None,
-            set: Vec::new(),
+            ..Run::default()
         })
     };
     table.rows.iter().enumerate().filter_map(run).collect()

@@ -88,12 +88,10 @@ impl<'a> Made<'a> {
         self.runs().filter_map(|(point, outcome)| Some((point, outcome.summary()?)))
     }
 
-    /// Result of a run, if it left one.
     pub(super) fn result(&self, label: &str) -> Option<&Summary> {
         self.results().find(|(point, _)| point.label == label).map(|(_, summary)| summary)
     }
 
-    /// The table of the study.
     pub(super) fn table(&self, jobs: usize) -> Result<Table, Failure> {
         let study = self.study;
         let rows = (0..study.points.len()).map(|number| self.row(number)).collect();

@@ -53,7 +53,6 @@ pub(super) struct Key {
     pub(super) colour: &'static str,
 }
 
-/// How a number is written.
 type Text = fn(f64) -> String;
 
 /// A value as text, or a dash.

@@ -13,12 +13,8 @@ use serde::{Deserialize, Serialize};
 use super::folder::{cannot, make};
 use coupler::failure::Failure;
 
-/// Signals by which somebody else ends a run.
-const HANGUP: i32 = 1;
-/// See [`HANGUP`].
-const INTERRUPT: i32 = 2;
-/// See [`HANGUP`].
-const TERMINATE: i32 = 15;
+/// Signals by which somebody else ends a run: a hangup, an interrupt, a request to end.
+const FROM_OUTSIDE: [i32; 3] = [1, 2, 15];
 
 /// What became of a run.
 #[derive(Clone, Debug)]
@@ -80,9 +76,7 @@ fn machine() -> String {
     model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
 }
 
-/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks.
-///
-/// # Errors
+/// Makes every run that is not finished, `jobs` at a time; outcomes in the order of the tasks. Fails with
 /// [`Failure::Input`] if this program or the folders cannot be had; that of a run that was not carried to an
 /// end, once the others have theirs. A run that fails is an outcome.
 pub(crate) fn run_all(
@@ -119,9 +113,8 @@ fn in_turn(chain: &[Task], program: &Path, reuse: Reuse, origin: &Origin) -> Res
         let later = &chain[place + 1..];
         // What started from an earlier state of this run is nothing to keep.
         if !later.is_empty() && !matches!(task.finished(reuse), Ok(Some(_))) {
-            for summary in
-                later.iter().map(|task| task.folder.join("summary.json")).filter(|path| path.exists())
-            {
+            let summaries = later.iter().map(|task| task.folder.join("summary.json"));
+            for summary in summaries.filter(|path| path.exists()) {
                 std::fs::remove_file(&summary).map_err(cannot("remove", &summary))?;
             }
         }
@@ -247,7 +240,8 @@ impl Task {
             (Some(5), _) => Failure::Full,
             (Some(7), _) => Failure::InUse,
             // From outside, too, before it could answer.
-            (Some(130), _) | (_, Some(HANGUP | INTERRUPT | TERMINATE)) => Failure::Interrupted,
+            (Some(130), _) => Failure::Interrupted,
+            (_, Some(signal)) if FROM_OUTSIDE.contains(&signal) => Failure::Interrupted,
             _ => return None,
         };
         let text = std::fs::read_to_string(said).unwrap_or_default();
@@ -266,8 +260,7 @@ impl Task {
     /// A file beside the folder: `FOLDER.log`, what the run said; `FOLDER.origin`, where it was made.
     fn beside(&self, what: &str) -> PathBuf {
         let mut path = OsString::from(&self.folder);
-        path.push(".");
-        path.push(what);
+        path.push(format!(".{what}"));
         path.into()
     }
 
@@ -324,7 +317,7 @@ mod tests {
             threads: 1,
         };
         let ended = |signal: i32| task.not_carried_out(ExitStatus::from_raw(signal), Path::new("a.log"));
-        assert!(matches!(ended(TERMINATE), Some(Failure::Interrupted(_))));
+        assert!(matches!(ended(15), Some(Failure::Interrupted(_))));
         assert!(matches!(ended(130 << 8), Some(Failure::Interrupted(_))));
         // Killed for want of memory, or for a fault of its own.
         assert!(ended(9).is_none() && ended(11).is_none() && ended(1 << 8).is_none());

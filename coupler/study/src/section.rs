@@ -440,11 +440,8 @@ impl Section {
             written.get(kind.name()).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys);
         if let Some(key) = keys.find(|key| !kind.takes(key)) {
             let owner = Kind::ALL.iter().find(|kind| kind.takes(key)).map_or("", |kind| kind.name());
-            return Err(source.error(
-                &format!("{}.{key}", kind.name()),
-                format!("is a key of [{owner}], not of [{}]", kind.name()),
-                "remove it",
-            ));
+            let message = format!("is a key of [{owner}], not of [{}]", kind.name());
+            return Err(source.error(&format!("{}.{key}", kind.name()), message, "remove it"));
         }
         Ok(match kind {
             Kind::Chart => whole.chart,
@@ -454,18 +451,12 @@ impl Section {
     }
 
     /// Checks the sections of studies that a scene has: what is wrong there is an error of every command.
-    ///
-    /// # Errors
-    /// As [`find`](Self::find).
     pub fn check_all(options: &RunOptions) -> Result<(), SceneError> {
         let source = SceneSource::read(&options.scene, &options.all_overrides())?;
         Kind::ALL.into_iter().try_for_each(|kind| Self::find(&source, kind).map(drop))
     }
 
-    /// Reads the section of a file.
-    ///
-    /// # Errors
-    /// As [`find`](Self::find), and where there is none.
+    /// Reads the section of a file that must have one.
     pub fn of_text(source: &SceneSource, kind: Kind) -> Result<Self, SceneError> {
         let name = kind.name();
         let (message, remedy) = match kind {

@@ -43,9 +43,6 @@ impl Study {
     }
 
     /// The study that the scene at `path` asks for.
-    ///
-    /// # Errors
-    /// [`SceneError`], as [`read`](Self::read).
     pub fn of_scene(scene: &CheckedScene, path: &Path, kind: Kind) -> Result<Self, SceneError> {
         let source = &scene.source;
         let section = Section::of_text(source, kind)?;

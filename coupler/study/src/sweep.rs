@@ -85,9 +85,6 @@ impl Sweep {
     /// All combinations of `vary`, then `runs`; `section` is where they stand, `chart`. `base` is set in
     /// every run, before its own keys. Each scene that comes out is read and checked as far as the
     /// shared part goes. `path` and `source`: where the scene is, and the file that asks for the runs.
-    ///
-    /// # Errors
-    /// [`SceneError`] at the entry that is wrong.
     pub fn new(
         (scene, path): (&CheckedScene, &Path),
         source: &SceneSource,
@@ -96,26 +93,23 @@ impl Sweep {
         vary: &[Vary],
         runs: &[SingleRun],
     ) -> Result<Self, SceneError> {
-        let mut builder = Builder::new((scene, path), source, section, vary, runs)?;
-        builder.base = settings(base, &format!("{section}.set"));
+        let base = settings(base, &format!("{section}.set"));
+        let mut builder = Builder::new((scene, path), source, section, (base, vary), runs)?;
         let mut points = Vec::new();
         let many = builder.choices.iter().map(Vec::len).try_fold(1, usize::checked_mul);
         let many = if vary.is_empty() { Some(0) } else { many };
         match many.and_then(|many| many.checked_add(runs.len())) {
             Some(1..=MOST_RUNS) => {}
             Some(0) => {
-                return Err(source.error(
-                    section,
-                    "names no run: it has neither `vary` nor `runs`",
-                    &format!("add [[{section}.vary]] with `key` and `values`; docs/scene.md shows one"),
-                ));
+                let remedy =
+                    format!("add [[{section}.vary]] with `key` and `values`; docs/scene.md shows one");
+                let message = "names no run: it has neither `vary` nor `runs`";
+                return Err(source.error(section, message, &remedy));
             }
             _ => {
-                return Err(source.error(
-                    &format!("{section}.vary"),
-                    format!("combines to more than {MOST_RUNS} runs"),
-                    "list fewer values, or single runs",
-                ));
+                let (key, message) =
+                    (format!("{section}.vary"), format!("combines to more than {MOST_RUNS} runs"));
+                return Err(source.error(&key, message, "list fewer values, or single runs"));
             }
         }
         for number in 0..many.unwrap_or(0) {
@@ -133,7 +127,7 @@ impl<'a> Builder<'a> {
         (scene, path): (&'a CheckedScene, &'a Path),
         source: &'a SceneSource,
         section: &'a str,
-        vary: &'a [Vary],
+        (base, vary): (Vec<Setting>, &'a [Vary]),
         runs: &[SingleRun],
     ) -> Result<Self, SceneError> {
         let place = |index: usize| format!("{section}.vary[{index}]");
@@ -148,23 +142,16 @@ impl<'a> Builder<'a> {
         let mut columns: Vec<Column> = Vec::new();
         for (index, vary) in vary.iter().enumerate() {
             if columns.iter().any(|column| column.key == vary.header()) {
-                return Err(source.error(
-                    &place(index),
-                    format!("varies {} a second time", vary.header()),
-                    "put all its values into one list",
-                ));
+                let message = format!("varies {} a second time", vary.header());
+                return Err(source.error(&place(index), message, "put all its values into one list"));
             }
             let earlier = (0..index).filter(|other| choices[*other].iter().any(|choice| !choice.is_bundle));
             let set = choices[index].iter().flat_map(|choice| &choice.settings);
             for other in earlier.map(|other| columns[other].key.as_str()) {
                 if let Some(setting) = set.clone().find(|setting| setting.key == other) {
-                    return Err(source.error(
-                        &setting.place,
-                        format!(
-                            "sets {other}, whose values vary already: its column would not be what was run"
-                        ),
-                        "leave it out here, or vary bundles that have a name",
-                    ));
+                    let remedy = "leave it out here, or vary bundles that have a name";
+                    let why = "whose values vary already: its column would not be what was run";
+                    return Err(source.error(&setting.place, format!("sets {other}, {why}"), remedy));
                 }
             }
             columns.push(Column { key: vary.header().to_owned(), name: super::table::cell(vary.title()) });
@@ -174,17 +161,7 @@ impl<'a> Builder<'a> {
                 columns.push(Column { name: super::table::cell(&key), key });
             }
         }
-        Ok(Self {
-            scene,
-            path,
-            source,
-            section,
-            base: Vec::new(),
-            vary,
-            choices,
-            columns,
-            labels: BTreeSet::new(),
-        })
+        Ok(Self { scene, path, source, section, base, vary, choices, columns, labels: BTreeSet::new() })
     }
 
     fn combination(&mut self, number: usize) -> Result<Point, SceneError> {
@@ -219,19 +196,15 @@ impl<'a> Builder<'a> {
     fn single(&mut self, run: &SingleRun, index: usize) -> Result<Point, SceneError> {
         let place = format!("{}.runs[{index}]", self.section);
         let label = &run.label;
+        let wrong = |why: &str, remedy: &str| {
+            Err(self.source.error(&format!("{place}.label"), format!("is {label:?}, which {why}"), remedy))
+        };
         if !is_folder_name(label) {
-            return Err(self.source.error(
-                &format!("{place}.label"),
-                format!("is {label:?}, which becomes a folder; allowed: letters, digits, '-', '_' and '.'"),
-                "give the run a plain name",
-            ));
+            let why = "becomes a folder; allowed: letters, digits, '-', '_' and '.'";
+            return wrong(why, "give the run a plain name");
         }
         if !self.labels.insert(label.clone()) {
-            return Err(self.source.error(
-                &format!("{place}.label"),
-                format!("is {label:?}, which another run has already"),
-                "give each run its own name",
-            ));
+            return wrong("another run has already", "give each run its own name");
         }
         let settings = run.set.settings(&format!("{place}.set"));
         let point = self.point(label.clone(), &settings, &place, &vec![None; self.vary.len()])?;
@@ -258,14 +231,9 @@ impl<'a> Builder<'a> {
         if let Some(wanted) = last(settings, RESOLUTION) {
             let number = wanted.value.as_float().or(wanted.value.as_integer().map(|whole| whole as f64));
             let number = number.ok_or_else(|| format!("is {}, which is no number", wanted.value));
-            let grid = number.and_then(|number| scaled(&made, number)).map_err(|what| {
-                source.error(
-                    &wanted.place,
-                    what,
-                    "give D/Δx of the smallest grain, or vary domain.cells itself",
-                )
-            })?;
-            set.extend(grid);
+            let remedy = "give D/Δx of the smallest grain, or vary domain.cells itself";
+            let grid = number.and_then(|number| scaled(&made, number));
+            set.extend(grid.map_err(|what| source.error(&wanted.place, what, remedy))?);
             made = self.checked(&set, settings, &label, place)?;
         }
         let threads = last(settings, THREADS).map(|setting| threads(setting, source)).transpose()?;
@@ -296,11 +264,8 @@ impl<'a> Builder<'a> {
             });
             let place = cause.map_or(place, |setting| setting.place.as_str());
             let key = if error.key.is_empty() { String::new() } else { format!("{} ", error.key) };
-            self.source.error(
-                place,
-                format!("makes the run {label}, in which {key}{}", error.message),
-                &error.remedy,
-            )
+            let message = format!("makes the run {label}, in which {key}{}", error.message);
+            self.source.error(place, message, &error.remedy)
         })
     }
 

@@ -16,39 +16,16 @@ use coupler::number::rounded;
 const VALUES: &str = "value";
 
 /// Columns behind those of the varied keys.
-fn columns(kind: Kind) -> &'static [&'static str] {
-    match kind {
-        Kind::Chart => &[
-            "cpu_s",
-            "wall_s",
-            "error",
-            "pareto",
-            "label",
-            VALUES,
-            "cpu_s_min",
-            "cpu_s_max",
-            "wall_s_min",
-            "wall_s_max",
-            "repeats",
-            "beside",
-            "note",
-            "commit",
-            "machine",
-        ],
-        Kind::Stability => &[
-            "verdict",
-            "growth",
-            "bound_margin",
-            "label",
-            "note",
-            "refused",
-            "cpu_s",
-            "wall_s",
-            "commit",
-            "machine",
-        ],
-        Kind::Case => &["label", VALUES, "cpu_s", "wall_s", "note", "commit", "machine"],
-    }
+fn columns(kind: Kind) -> Vec<&'static str> {
+    let names = match kind {
+        Kind::Chart => {
+            "cpu_s,wall_s,error,pareto,label,value,cpu_s_min,cpu_s_max,wall_s_min,wall_s_max,repeats,beside,\
+             note,commit,machine"
+        }
+        Kind::Stability => "verdict,growth,bound_margin,label,note,refused,cpu_s,wall_s,commit,machine",
+        Kind::Case => "label,value,cpu_s,wall_s,note,commit,machine",
+    };
+    names.split(',').collect()
 }
 
 /// Is this the name of a column of the table of any kind, varied keys aside?
@@ -158,9 +135,6 @@ impl Table {
     }
 
     /// Reads the text of a file. Columns that older builds did not write may be missing.
-    ///
-    /// # Errors
-    /// The column, or the row that does not fit.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (header, rows) = parse_csv(text)?;
         let has = |name: &str| header.iter().any(|column| column == name);
@@ -181,23 +155,18 @@ impl Table {
         }
         let keys = header[..first].to_vec();
         let metrics = header.iter().filter(|name| is_value(name)).cloned().collect();
-        let row =
-            |(number, cells): (usize, Vec<String>)| {
-                let mut row = Row { values: cells[..first].to_vec(), repeats: 1, ..Row::default() };
-                let read = |(name, text): (&String, &String)| row.read(name, text);
-                header[first..].iter().zip(&cells[first..]).try_for_each(read).map_err(|what| {
-                    format!("row {} is no run, it {what}: {}", number + 1, cells.join(","))
-                })?;
-                Ok(row)
-            };
+        let row = |(number, cells): (usize, Vec<String>)| {
+            let mut row = Row { values: cells[..first].to_vec(), repeats: 1, ..Row::default() };
+            let read = |(name, text): (&String, &String)| row.read(name, text);
+            let wrong = |what| format!("row {} is no run, it {what}: {}", number + 1, cells.join(","));
+            header[first..].iter().zip(&cells[first..]).try_for_each(read).map_err(wrong)?;
+            Ok(row)
+        };
         let rows = rows.into_iter().enumerate().map(row).collect::<Result<_, String>>()?;
         Ok(Self { kind, keys, metrics, rows })
     }
 
     /// The table of a file.
-    ///
-    /// # Errors
-    /// [`Failure::Input`] with what does not fit.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         Self::parse(&read(path)?).map_err(content(path))
     }

@@ -42,7 +42,7 @@ pub(super) struct Traces {
 
 impl Traces {
     /// Of processes that live: the lock that each of them holds lies in the run's folder.
-    pub(super) fn of(family: &[u32]) -> Self {
+    pub(super) fn of(family: &BTreeSet<u32>) -> Self {
         let mut roots = BTreeSet::new();
         for pid in family {
             let files = std::fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();

@@ -51,11 +51,8 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
             let is_range = |[low, high]: [f64; 2]| low < high && (low > 0.0 || !log) && high.is_finite();
             if let Some([low, high]) = axis.range.filter(|range| !is_range(*range)) {
                 let what = format!("of {:?} has the range {low} to {high} along {name}", figure.title);
-                return wrong(
-                    "case.figures",
-                    what,
-                    "give the smaller one first, above 0 where it is logarithmic",
-                );
+                let remedy = "give the smaller one first, above 0 where it is logarithmic";
+                return wrong("case.figures", what, remedy);
             }
         }
         let is_over = |over: f64| over != 0.0 && over.is_finite();
@@ -71,7 +68,6 @@ pub(crate) fn check(section: &Section, source: &SceneSource) -> Result<(), Scene
     Ok(())
 }
 
-/// Does a pattern mean any run?
 fn is_meant(section: &Section, pattern: &str) -> bool {
     section.runs.iter().any(|run| matches(pattern, &run.label))
 }
@@ -82,22 +78,16 @@ fn names(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     let runs = section.runs.iter().map(|run| ("case.runs", &run.label));
     for (key, name) in std::iter::once(("case.name", &section.name)).chain(runs) {
         if !is_folder_name(name) || (key == "case.runs" && !labels.insert(name)) {
-            return Err(source.error(
-                key,
-                format!("has the name {name:?}, which becomes a folder"),
-                "give each run a label of its own, of letters, digits, '-', '_' and '.'",
-            ));
+            let remedy = "give each run a label of its own, of letters, digits, '-', '_' and '.'";
+            return Err(source.error(key, format!("has the name {name:?}, which becomes a folder"), remedy));
         }
     }
     let mut files = BTreeSet::new();
     let named = section.drawn().map(|figure| &figure.name).chain(section.pictures.iter().map(|p| &p.name));
     for name in named {
         if !name.is_empty() && !is_folder_name(name) || !files.insert(name) {
-            return Err(source.error(
-                "case.figures",
-                format!("has the name {name:?}, which becomes a file"),
-                "give each its own, of letters, digits, '-', '_' and '.'",
-            ));
+            let (key, remedy) = ("case.figures", "give each its own, of letters, digits, '-', '_' and '.'");
+            return Err(source.error(key, format!("has the name {name:?}, which becomes a file"), remedy));
         }
     }
     Ok(())

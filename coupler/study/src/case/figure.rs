@@ -153,7 +153,6 @@ fn measured(made: &Made<'_>, figure: &Figure, series: &Series) -> Profile {
     (points.into_iter().map(|(x, y, _)| (x, y)).collect(), bars)
 }
 
-/// A table and its points.
 type Drawn<'a> = (&'a RunTable, Profile);
 
 /// Tables of the runs that were made, with their points.

@@ -62,7 +62,6 @@ fn axis(section: &Section, source: &SceneSource) -> Result<(), SceneError> {
     Err(source.error("chart.x", message, "name a key of [[chart.vary]], or leave x out for the cost"))
 }
 
-/// The metrics that are charted.
 fn metrics(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str, remedy: &str| Err(scene.source.error(key, message, remedy));
     let names = section.metrics();
@@ -122,30 +121,24 @@ fn reference(section: &Section, source: &SceneSource) -> Result<(), SceneError> 
             }
             let twice = |other: &&String| *other == key || limit.each.contains(*other);
             if let Some(other) = limit.with.keys().find(twice) {
-                return wrong(
-                    "chart.reference.with",
-                    format!("holds {other:?}, which is refined, or has a limit for each of its values"),
-                    "take it out",
-                );
+                let why = "which is refined, or has a limit for each of its values";
+                return wrong("chart.reference.with", format!("holds {other:?}, {why}"), "take it out");
             }
             let unknown = |key: &&String| !headers.contains(&key.as_str());
             if let Some(key) = limit.with.keys().find(unknown) {
-                return wrong(
-                    "chart.reference.with",
-                    format!("has the key {key:?}, which is not varied"),
-                    "name keys of [[chart.vary]], in quotes: { \"fluid.time.dt\" = 0.01 }",
-                );
+                let message = format!("has the key {key:?}, which is not varied");
+                let remedy = "name keys of [[chart.vary]], in quotes: { \"fluid.time.dt\" = 0.01 }";
+                return wrong("chart.reference.with", message, remedy);
             }
             for (place, vary) in section.vary.iter().enumerate() {
                 let choices = vary.choices(&format!("chart.vary[{place}]"), source)?;
                 let known: Vec<&str> = choices.iter().map(|choice| choice.text.as_str()).collect();
                 let value = limit.with.get(vary.header()).map(text);
                 if let Some(value) = value.filter(|value| !known.contains(&value.as_str())) {
-                    return wrong(
-                        "chart.reference.with",
-                        format!("has {} = {value:?}; its values are {}", vary.header(), known.join(", ")),
-                        "give one of them: the refinement of its runs is the reference",
-                    );
+                    let (key, known) = (vary.header(), known.join(", "));
+                    let message = format!("has {key} = {value:?}; its values are {known}");
+                    let remedy = "give one of them: the refinement of its runs is the reference";
+                    return wrong("chart.reference.with", message, remedy);
                 }
             }
             match limit.each.iter().find(|each| unknown(each) || *each == key) {

@@ -8,7 +8,7 @@ use crate::table::{Row, Table, error};
 use crate::vary::text;
 
 /// The reference of one metric.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Compared {
     pub(super) metric: String,
     pub(super) value: f64,
@@ -30,13 +30,8 @@ pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Resu
     let of = |(place, name): (usize, &str)| {
         let own = metrics.iter().find(|metric| metric.name == name);
         let source = chart.source.clone();
-        let known = |value, source| Compared {
-            metric: name.to_owned(),
-            value,
-            limit: None,
-            source,
-            rows: Vec::new(),
-        };
+        let known =
+            |value, source| Compared { metric: name.to_owned(), value, source, ..Compared::default() };
         match &chart.reference {
             Some(Reference::Number(value)) => Ok(vec![known(*value, source)]),
             Some(Reference::Limit(of)) => {
@@ -64,7 +59,6 @@ pub(super) fn values(chart: &Section, metrics: &[Metric], table: &Table) -> Resu
     Ok(all?.concat())
 }
 
-/// Column of a varied key.
 fn column_of(table: &Table, key: &str) -> Result<usize, String> {
     table.keys.iter().position(|other| other == key).ok_or_else(|| format!("no key {key} is varied"))
 }
@@ -152,13 +146,7 @@ mod tests {
         let mut table = table(&[(8.0, "a", 1.0, 0.0), (16.0, "a", 2.0, 0.0)]);
         table.rows[0].measured = vec![Some(1.1), Some(-0.02)];
         table.rows[1].measured = vec![Some(1.1), None];
-        let known = |metric: &str, value| Compared {
-            metric: metric.to_owned(),
-            value,
-            limit: None,
-            source: None,
-            rows: Vec::new(),
-        };
+        let known = |metric: &str, value| Compared { metric: metric.into(), value, ..Compared::default() };
         compare(&mut table, &Ok(vec![known("m", 1.0), known("n", 0.0)]));
         assert!((table.rows[0].error.unwrap() - 0.1).abs() < 1e-12);
         assert_eq!(table.rows[1].error, None, "a value is missing");
@@ -179,16 +167,12 @@ mod tests {
         let second = of(&chart).unwrap();
         assert!((second.value - 2.0).abs() < 1e-9, "{second:?}");
         assert_eq!(second.limit.unwrap().1.with, ["b"]);
-        chart.reference =
-            toml::from_str::<Section>("reference = { richardson = \"resolution\" }").unwrap().reference;
+        let read = |text: &str| toml::from_str::<Section>(text).unwrap().reference;
+        chart.reference = read("reference = { richardson = \"resolution\" }");
         assert!((of(&chart).unwrap().value - 1.0).abs() < 1e-9, "the first refinement");
-        chart.reference =
-            toml::from_str::<Section>("reference = { richardson = \"method\" }").unwrap().reference;
+        chart.reference = read("reference = { richardson = \"method\" }");
         assert!(of(&chart).unwrap_err().contains("three runs"));
-        chart.reference =
-            toml::from_str::<Section>("reference = { richardson = \"resolution\", each = [\"method\"] }")
-                .unwrap()
-                .reference;
+        chart.reference = read("reference = { richardson = \"resolution\", each = [\"method\"] }");
         let each = values(&chart, &[], &table).unwrap();
         let limits: Vec<f64> = each.iter().map(|known| known.value).collect();
         assert!((limits[0] - 1.0).abs() < 1e-9 && (limits[1] - 2.0).abs() < 1e-9, "{limits:?}");

@@ -9,8 +9,7 @@ use bedload_program::alone::motion_at;
 use bedload_scene::{CheckedScene, Geometry};
 
 use crate::folder::files;
-
-const AXES: [&str; 3] = ["x", "y", "z"];
+use coupler::number::AXES;
 
 /// Corners of the outline of a round grain.
 const CORNERS: u32 = 48;
@@ -58,7 +57,6 @@ impl Quantity {
         self.array.is_none()
     }
 
-    /// Unit of the values.
     pub(crate) fn unit(self) -> &'static str {
         match self.array {
             Some("vorticity") => "1/s",
@@ -241,7 +239,6 @@ pub(crate) type Point = (f64, f64);
 /// Lower left and upper right corner, m.
 pub(crate) type View = (Point, Point);
 
-/// A view of nothing.
 pub(crate) const NOWHERE: View = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
 
 /// What shows two views.

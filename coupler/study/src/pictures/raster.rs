@@ -160,7 +160,6 @@ impl Raster {
         }
     }
 
-    /// The picture as a PNG file.
     pub(crate) fn png(&self) -> Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);

@@ -3,8 +3,9 @@
 use bedload_output::planes::{PARTS, Plane, Planes};
 
 use super::curves::{Chart, line};
-use super::run_files::{AXES, RunFiles};
+use super::run_files::RunFiles;
 use crate::page::Figure;
+use coupler::number::AXES;
 
 /// Charts of `observe.totals`: caption, unit, and what the names of their columns begin with.
 const TOTALS: [(&str, &str, &[&str]); 8] = [
@@ -30,16 +31,11 @@ pub(super) fn all(run: &RunFiles) -> Vec<Figure> {
             let moves = begins.len() < 2 || column.iter().any(|value| *value != 0.0);
             moves.then(|| line(name, number, time, column))
         });
-        chart(caption, ["t, s", y_label], columns.collect())
+        Chart::new(caption, ["t, s", y_label], columns.collect())
     };
     let charts = TOTALS.iter().map(total);
     let profiles = run.planes.iter().flat_map(|planes| profiles(run, planes));
     charts.chain(profiles).flat_map(|chart| chart.figures()).collect()
-}
-
-fn chart(caption: &str, [x_label, y_label]: [&str; 2], lines: Vec<crate::plot::Series>) -> Chart {
-    let [caption, x_label, y_label] = [caption, x_label, y_label].map(str::to_owned);
-    Chart { caption, x_label, y_label, lines, log_y: false, closeup: None }
 }
 
 /// Means over time on the planes, along the component in which the fluid is fastest.
@@ -59,20 +55,17 @@ fn profiles(run: &RunFiles, planes: &Planes) -> Vec<Chart> {
         over("grains", 1, &|p| there(p.solid_fraction > 0.0, p.grain_velocity[c])),
     ];
     let mut charts = vec![
-        chart("Solid fraction, mean over time", ["φ", &y_label], solid),
-        chart("Velocities, mean over time", [&format!("u_{}, m/s", AXES[c]), &y_label], speeds),
+        Chart::new("Solid fraction, mean over time", ["φ", &y_label], solid),
+        Chart::new("Velocities, mean over time", [&format!("u_{}, m/s", AXES[c]), &y_label], speeds),
     ];
     if planes.planes.iter().all(|p| p.stresses.is_some()) {
         let parts = |p: &Plane| p.stresses.unwrap_or_default().parts.map(|part| part[c]);
         let sum = over("sum", PARTS.len(), &|p| parts(p).iter().sum());
         let lines = PARTS.iter().enumerate().map(|(i, name)| over(name, i, &|p| parts(p)[i])).chain([sum]);
-        charts.push(chart(
-            "Stress, mean over time",
-            [&format!("τ_{}, Pa", AXES[c]), &y_label],
-            lines.collect(),
-        ));
+        let labels = [&format!("τ_{}, Pa", AXES[c]), y_label.as_str()];
+        charts.push(Chart::new("Stress, mean over time", labels, lines.collect()));
         let temperature = over("T", 0, &|p| p.stresses.unwrap_or_default().temperature);
-        charts.push(chart("Granular temperature", ["T, m²/s²", &y_label], vec![temperature]));
+        charts.push(Chart::new("Granular temperature", ["T, m²/s²", &y_label], vec![temperature]));
     }
     charts
 }

@@ -13,6 +13,7 @@ const SIZE: Point = (560.0, 370.0);
 /// A logarithmic axis ends at this part of the largest value.
 const DECADES: f64 = 1e-6;
 
+#[derive(Clone, Default)]
 pub(super) struct Chart {
     /// Caption, also read out in place of the picture.
     pub(super) caption: String,
@@ -33,6 +34,12 @@ pub(super) fn line(name: &str, number: usize, x: &[f64], y: &[f64]) -> Series {
 }
 
 impl Chart {
+    /// Lines over linear axes with these labels, without a close-up.
+    pub(super) fn new(caption: &str, [x_label, y_label]: [&str; 2], lines: Vec<Series>) -> Self {
+        let [caption, x_label, y_label] = [caption, x_label, y_label].map(str::to_owned);
+        Self { caption, x_label, y_label, lines, ..Self::default() }
+    }
+
     /// The chart as a figure, and its close-up as another; none if there is no line to draw.
     pub(super) fn figures(&self) -> Vec<Figure> {
         let Some(body) = self.draw() else { return Vec::new() };
@@ -51,14 +58,9 @@ impl Chart {
     fn closeup(&self, span: Point) -> Option<Self> {
         let mut lines = self.lines.clone();
         lines.iter_mut().for_each(|line| line.points.retain(|(x, _)| (span.0..=span.1).contains(x)));
-        lines.iter().any(|line| line.points.len() > 2).then(|| Self {
-            caption: format!("{} around the first bounce", self.caption),
-            x_label: self.x_label.clone(),
-            y_label: self.y_label.clone(),
-            lines,
-            log_y: self.log_y,
-            closeup: None,
-        })
+        let caption = format!("{} around the first bounce", self.caption);
+        let seen = lines.iter().any(|line| line.points.len() > 2);
+        seen.then(|| Self { caption, lines, closeup: None, ..self.clone() })
     }
 
     /// Names of the lines beside their colours, if there are several.
@@ -173,8 +175,7 @@ mod tests {
     #[test]
     fn zero_lies_on_the_lower_edge() {
         let lines = vec![line("a", 0, &[0.0, 1.0], &[6.4, 7.0]), line("b", 1, &[0.0, 1.0], &[0.0, 0.0])];
-        let (caption, x_label, y_label) = ("x".into(), "x".into(), "y".into());
-        let chart = Chart { caption, x_label, y_label, lines, log_y: true, closeup: None };
+        let chart = Chart { lines, log_y: true, ..Chart::default() };
         assert_eq!(chart.floor(), Some(1.0));
         let y = |line: &Series| visible(&line.points, 1.0).iter().map(|(_, y)| *y).collect::<Vec<_>>();
         assert_eq!((y(&chart.lines[0]), y(&chart.lines[1])), (vec![6.4, 7.0], vec![1.0, 1.0]));
@@ -182,14 +183,8 @@ mod tests {
 
     #[test]
     fn an_empty_chart_is_left_out() {
-        let chart = Chart {
-            caption: "x".into(),
-            x_label: "x".into(),
-            y_label: "y".into(),
-            lines: vec![line("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])],
-            log_y: true,
-            closeup: None,
-        };
+        let lines = vec![line("a", 0, &[0.0, 1.0], &[f64::NAN, 0.0])];
+        let chart = Chart { lines, log_y: true, ..Chart::default() };
         assert!(chart.figures().is_empty());
     }
 }

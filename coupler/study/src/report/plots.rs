@@ -1,9 +1,10 @@
 //! The charts of a run against time: velocity, gap, forces, sub-steps.
 
 use super::curves::{Chart, line};
-use super::run_files::{AXES, RunFiles, column};
+use super::run_files::{RunFiles, column};
 use crate::page::Figure;
 use crate::plot::Series;
+use coupler::number::AXES;
 
 /// Grains drawn in one chart.
 const MOST_GRAINS: usize = 6;
@@ -35,17 +36,10 @@ pub(super) fn all(run: &RunFiles) -> Vec<Figure> {
 
 impl Plots<'_> {
     /// Lines against time; the label of y depends on the scales.
-    fn chart(
-        &self,
-        caption: String,
-        (scaled, plain): (&str, &str),
-        log_y: bool,
-        lines: Vec<Series>,
-    ) -> Chart {
+    fn chart(&self, caption: &str, (scaled, plain): (&str, &str), lines: Vec<Series>) -> Chart {
         let by_gravity = self.run.scales.by_gravity;
-        let x_label = if by_gravity { "t / √(D/g)" } else { "t, s" }.to_owned();
-        let y_label = if by_gravity { scaled } else { plain }.to_owned();
-        Chart { caption, x_label, y_label, lines, log_y, closeup: None }
+        let labels = if by_gravity { ["t / √(D/g)", scaled] } else { ["t, s", plain] };
+        Chart::new(caption, labels, lines)
     }
 
     /// Interval around the first contact of `grain`, in the units of the time axis.
@@ -83,7 +77,7 @@ impl Plots<'_> {
         };
         let lines = named.iter().enumerate().filter_map(drawn_line).collect();
         let labels = (format!("v{what} / √(gD)"), format!("v{what}, m/s"));
-        let chart = self.chart("Velocity".to_owned(), (&labels.0, &labels.1), false, lines);
+        let chart = self.chart("Velocity", (&labels.0, &labels.1), lines);
         Some(Chart { closeup, ..chart })
     }
 
@@ -101,8 +95,8 @@ impl Plots<'_> {
             Some(line(&format!("grain {grain}"), number, &self.time, &gap))
         };
         let lines = self.grains.iter().take(MOST_GRAINS).enumerate().filter_map(drawn_line).collect();
-        let caption = "Gap to the nearest wall or grain; contact at the lower edge".to_owned();
-        Some(self.chart(caption, ("gap / D", "gap, m"), true, lines))
+        let caption = "Gap to the nearest wall or grain; contact at the lower edge";
+        Some(Chart { log_y: true, ..self.chart(caption, ("gap / D", "gap, m"), lines) })
     }
 
     /// Magnitudes of the parts of the force on the first grain, in a part of the time.
@@ -119,7 +113,8 @@ impl Plots<'_> {
         let about = if span.is_some() { " around the first bounce" } else { "" };
         let caption = format!("Forces on grain {grain}{about}: means over windows; zero at the lower edge");
         let drawn = keep.len() > 2 || span.is_none();
-        drawn.then(|| self.chart(caption, ("|F| / submerged weight", "|F|, N"), true, lines))
+        let chart = self.chart(&caption, ("|F| / submerged weight", "|F|, N"), lines);
+        drawn.then_some(Chart { log_y: true, ..chart })
     }
 
     fn magnitude(&self, quantity: &str, grain: usize) -> Option<Vec<f64>> {
@@ -134,7 +129,7 @@ impl Plots<'_> {
         let counts = self.run.series.column("substeps")?;
         counts.iter().find(|count| **count != 1.0)?;
         let lines = vec![line("sub-steps", 0, &self.time, counts)];
-        let caption = "DEM sub-steps in the window at each recorded instant".to_owned();
-        Some(self.chart(caption, ("sub-steps", "sub-steps"), false, lines))
+        let caption = "DEM sub-steps in the window at each recorded instant";
+        Some(self.chart(caption, ("sub-steps", "sub-steps"), lines))
     }
 }

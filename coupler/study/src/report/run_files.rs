@@ -10,11 +10,10 @@ use serde_json::Value;
 use crate::folder::files;
 use crate::pictures::{Instant, instants};
 use coupler::failure::Failure;
+use coupler::number::AXES;
 
 /// A log above this is not read through for the page; `bedload log info` does that.
 const MOST_LOG_BYTES: u64 = 256 << 20;
-
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Name of the column of a quantity of a grain along an axis.
 pub(super) fn column(quantity: &str, axis: usize, grain: usize) -> String {
@@ -28,7 +27,6 @@ pub(super) struct RunFiles {
     /// None: there is none, or it cannot be read here any more.
     pub(super) scene: Option<CheckedScene>,
     pub(super) series: Series,
-    /// Means over planes.
     pub(super) planes: Option<Planes>,
     /// `plan.json` as it is: of whatever version wrote it.
     pub(super) plan: Option<Value>,

@@ -23,11 +23,8 @@ pub(crate) fn check(section: &Section, scene: &CheckedScene) -> Result<(), Scene
         [("stability.signal", &section.signal), ("stability.x", &section.x), ("stability.y", &section.y)]
     {
         if value.is_empty() {
-            return wrong(
-                key,
-                "is missing",
-                "name a column of series.csv as signal, and two varied keys as x and y",
-            );
+            let remedy = "name a column of series.csv as signal, and two varied keys as x and y";
+            return wrong(key, "is missing", remedy);
         }
     }
     if let Some(scale) = section.scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
@@ -44,14 +41,10 @@ fn columns(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
     let columns = Columns::new(scene, Participants::of(scene).sides());
     let known = |name: &str| columns.names().iter().any(|column| column == name);
     let unknown = |key: &str, name: &str| {
-        source.error(
-            key,
-            format!(
-                "is {name:?}, which is no column of this scene's series.csv; there are {}",
-                columns.names().join(", ")
-            ),
-            "name one of these; observe.grains chooses the grains",
-        )
+        let there = columns.names().join(", ");
+        let message =
+            format!("is {name:?}, which is no column of this scene's series.csv; there are {there}");
+        source.error(key, message, "name one of these; observe.grains chooses the grains")
     };
     if !known(&section.signal) {
         return Err(unknown("stability.signal", &section.signal));
@@ -72,11 +65,9 @@ fn columns(section: &Section, scene: &CheckedScene) -> Result<(), SceneError> {
         let range = (limit.least.unwrap_or(f64::NEG_INFINITY), limit.most.unwrap_or(f64::INFINITY));
         let bounded = range.0.is_finite() || range.1.is_finite();
         if !(bounded && range.0 < range.1 && limit.from >= 0.0) {
-            return Err(source.error(
-                &key,
-                format!("allows {} to {} from t = {}", range.0, range.1, limit.from),
-                "give `least`, `most` or both, least < most, and a time `from` ≥ 0",
-            ));
+            let message = format!("allows {} to {} from t = {}", range.0, range.1, limit.from);
+            let remedy = "give `least`, `most` or both, least < most, and a time `from` ≥ 0";
+            return Err(source.error(&key, message, remedy));
         }
     }
     Ok(())
@@ -91,11 +82,9 @@ pub(crate) fn axes(
     let x = axis(columns, &section.x, "stability.x", source)?;
     let y = axis(columns, &section.y, "stability.y", source)?;
     if x == y {
-        return Err(source.error(
-            "stability.y",
-            format!("is {:?} as `x` is", section.y),
-            "name another varied key; one that has a single value will do",
-        ));
+        let message = format!("is {:?} as `x` is", section.y);
+        let remedy = "name another varied key; one that has a single value will do";
+        return Err(source.error("stability.y", message, remedy));
     }
     Ok((x, y))
 }
@@ -104,10 +93,7 @@ pub(crate) fn axes(
 fn axis(columns: &[Column], wanted: &str, key: &str, source: &SceneSource) -> Result<usize, SceneError> {
     columns.iter().position(|column| column.name == wanted || column.key == wanted).ok_or_else(|| {
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-        source.error(
-            key,
-            format!("is {wanted:?}, which does not vary; varied are {}", names.join(", ")),
-            "name one of them",
-        )
+        let message = format!("is {wanted:?}, which does not vary; varied are {}", names.join(", "));
+        source.error(key, message, "name one of them")
     })
 }
