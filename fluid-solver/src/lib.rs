@@ -12,9 +12,9 @@
 #![warn(missing_docs)]
 
 pub use fluid_kernels::{
-    axis, boundary, division, drive, engines, field, first_non_finite, flow_rate, geometry, grid, grid_error,
-    halo, health, helmholtz, immersed, interpolate, lanes, measure, near_convection, open, ranks, scheme,
-    stencil, step, threads, transform, tridiagonal, work,
+    axis, boundary, division, drive, engines, field, first_non_finite, flow_rate, grid, halo, health,
+    helmholtz, immersed, interpolate, lanes, measure, near_convection, open, ranks, scheme, stencil, step,
+    threads, transform, work,
 };
 
 mod bounds;

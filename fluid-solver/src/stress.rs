@@ -142,7 +142,7 @@ fn add_grains<const D: usize>(
 ) {
     let (axis, across) = (&solver.grid().axes[axis], laboratory(solver.grid().geometry, axis));
     for (i, (motion, shape)) in solver.motions().iter().zip(solver.immersed().shapes()).enumerate() {
-        let acceleration = solver.memory().acceleration(i).force;
+        let acceleration = solver.grains.memory.acceleration(i).force;
         let inertia = acceleration.map(|a| solver.density() * shape.volume * a);
         for (k, plane) in planes.iter_mut().enumerate() {
             let below = ((motion.centre[across] - axis.faces[k]) / axis.widths[k]).clamp(0.0, 1.0);

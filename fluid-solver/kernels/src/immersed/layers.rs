@@ -1,9 +1,8 @@
 //! Grains on one set of nodes with what they cover of each layer, kept until they move where that pays.
 
-use super::body::{Motion, Shape};
 use super::by_layer::GrainsByLayer;
+use super::component::Placed;
 use super::layer::Layer;
-use super::mask_model::MaskModel;
 use crate::grid::Grid;
 
 /// All grains on one set of nodes, by layers.
@@ -22,8 +21,8 @@ impl<const D: usize> Layers<D> {
     }
 
     /// Finds the layers of every grain.
-    pub fn place(&mut self, grid: &Grid<D>, model: &MaskModel, shapes: &[Shape], motions: &[Motion]) {
-        if !self.grains.place(grid, model, shapes, motions) {
+    pub fn place(&mut self, placed: Placed<'_, D>) {
+        if !self.grains.place(placed) {
             self.cache.iter_mut().for_each(|layer| layer.fresh = false);
         }
     }

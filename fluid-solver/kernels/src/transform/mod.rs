@@ -65,8 +65,8 @@ pub fn fast_lengths(cells: usize, periodic: bool) -> [usize; 2] {
 
 /// A transform of eight lines at once.
 pub struct Transform {
-    kind: Kind,
-    cells: usize,
+    pub(crate) kind: Kind,
+    pub(crate) cells: usize,
     engine: Engine,
 }
 
@@ -83,16 +83,6 @@ impl Transform {
     /// Plans a transform by `rustdct` and `realfft` whatever the length: for comparison.
     pub fn reference(kind: Kind, cells: usize) -> Self {
         Self { kind, cells, engine: Engine::Reference(Reference::new(kind, cells)) }
-    }
-
-    /// Boundary type and staggering.
-    pub fn kind(&self) -> Kind {
-        self.kind
-    }
-
-    /// Number of cells of the axis.
-    pub fn cells(&self) -> usize {
-        self.cells
     }
 
     /// Number of values of a line.
