@@ -5,12 +5,11 @@
 //! however the grains overlap.
 
 use super::body::{Motion, Shape, laboratory};
-use super::by_layer::GrainsByLayer;
+use super::by_layer::{GrainsByLayer, Layers};
 use super::layer::Layer;
 use super::layer_sums::{LayerSums, first, words};
-use super::layers::Layers;
 use super::mask_model::MaskModel;
-use super::transport::rows::Rows;
+use super::transport::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch, lanes_at, lanes_at_mut};
 use crate::threads::{Chunks, share};

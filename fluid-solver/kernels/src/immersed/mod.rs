@@ -1,7 +1,7 @@
 //! Immersed grains: where they are on the grid, how they hold the fluid, what it does to them.
 //!
 //! Nothing here sweeps the whole field: work is done in the rows of cells that grains cover, layer by layer
-//! ([`layers`]), and nothing is kept of it but which cells hold force.
+//! (`by_layer`), and nothing is kept of it but which cells hold force.
 
 pub mod body;
 pub mod brinkman;
@@ -9,7 +9,6 @@ mod by_layer;
 pub mod component;
 pub mod layer;
 pub mod layer_sums;
-pub mod layers;
 mod mask;
 pub mod mask_model;
 pub mod nodes;
