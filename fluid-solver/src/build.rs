@@ -63,7 +63,7 @@ pub fn divided<const D: usize>(
         let key = match error {
             DivisionError::Open => "domain.boundary",
             DivisionError::Axes => "domain.geometry",
-            DivisionError::Planes { .. } | DivisionError::Ranks { .. } => "domain.cells",
+            DivisionError::Planes(_) | DivisionError::Ranks { .. } => "domain.cells",
         };
         let remedy = "start as many ranks as are possible, or one process without fluid.launcher";
         scene.source.error(key, error.to_string(), remedy)
@@ -79,9 +79,6 @@ pub fn divided<const D: usize>(
 const LOCAL: usize = 5;
 
 /// Refuses what several ranks cannot do yet, of which the one that has fewest has `least` planes.
-///
-/// # Errors
-/// With the key.
 pub fn refuse_for_ranks(scene: &CheckedScene, choices: &Choices, least: usize) -> Result<(), SceneError> {
     let scheme = coupling::read(scene, choices.method)?.0;
     if scheme == protocol::scheme::Scheme::Iterated {

@@ -6,7 +6,6 @@
 //! is whole from one moment on. Whoever reads takes the planes it needs, whatever the number of ranks that
 //! wrote them.
 
-mod part;
 mod parts;
 pub(crate) mod whole;
 
@@ -14,27 +13,31 @@ use crate::field::own_planes;
 use crate::methods::grains::Memory;
 use crate::scheme::Viscous;
 use crate::solver::Solver;
-use part::{Part, ROLE};
+use parts::Part;
 use protocol::checkpoint::Payload;
 use protocol::participant::SolverError;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use whole::cells_of;
 
-/// What decides the next window, as stored; [`read`] takes the same parts one by one.
-#[derive(Serialize)]
-struct Stored<'a> {
+/// Role of the head in its file's name: `fluid.checkpoint`.
+const ROLE: &str = "fluid";
+
+/// What a checkpoint says before its fields: those of [`Solver::fields`], none where files of their own hold
+/// them.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Head {
     cells: Vec<u64>,
-    time: f64,
-    previous_dt: f64,
+    /// Time, s.
+    pub(crate) time: f64,
+    /// Length of the last step, s; zero: there was none.
+    pub(crate) previous_dt: f64,
     steps: u64,
     /// Whether viscosity is part of the history.
-    explicit: bool,
-    memory: &'a Memory,
+    pub(crate) explicit: bool,
+    pub(crate) memory: Memory,
     /// Files that hold the fields, from the lowest planes on.
     parts: Vec<Part>,
-    /// See [`Solver::fields`]; none where files of their own hold them.
-    fields: Vec<&'a [f64]>,
 }
 
 /// Writes the checkpoint of `solver` to `folder`.
@@ -49,18 +52,18 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
     if !ranks.is_first() {
         return Ok(());
     }
-    let stored = Stored {
+    let head = Head {
         cells: cells_of(solver.grid()),
         time: state.time,
         previous_dt: state.previous_dt,
         steps: state.steps,
         explicit: solver.stepper().options().viscous == Viscous::Explicit,
-        memory: solver.memory(),
+        memory: solver.grains.memory.clone(),
         parts,
-        fields: if alone { solver.fields() } else { Vec::new() },
     };
-    protocol::checkpoint::write(folder, ROLE, scene, &stored)?;
-    parts::remove_others(folder, stored.steps, stored.parts.len());
+    let fields = if alone { solver.fields() } else { Vec::new() };
+    protocol::checkpoint::write(folder, ROLE, scene, &(&head, fields))?;
+    parts::remove_others(folder, head.steps, head.parts.len());
     Ok(())
 }
 
@@ -71,17 +74,11 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
 /// the disk fails on the way: then it is of no further use.
 pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
-    let grid: Vec<u64> = payload.part()?;
-    let (time, previous_dt, steps) = payload.part()?;
     // A run that goes on treats viscosity as before.
-    let _: bool = payload.part()?;
-    let memory: Memory = payload.part()?;
-    let parts: Vec<Part> = payload.part()?;
-    let fields: u64 = payload.part()?;
+    let (Head { cells, time, previous_dt, steps, memory, parts, .. }, fields): (_, u64) = payload.part()?;
     let stored = if parts.is_empty() { solver.fields().len() as u64 } else { 0 };
-    let fits =
-        grid == cells_of(solver.grid()) && fields == stored && memory.grains() == solver.memory().grains();
-    if !fits {
+    let same_grains = memory.grains() == solver.grains.memory.grains();
+    if cells != cells_of(solver.grid()) || fields != stored || !same_grains {
         return Err(payload
             .refuse("holds another grid, method or number of grains than the scene asks for: start anew"));
     }

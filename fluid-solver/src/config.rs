@@ -156,7 +156,6 @@ impl FluidSection {
     }
 
     /// Every choice made.
-    #[must_use]
     pub fn choices(&self, calibration: Calibration) -> Choices {
         Choices {
             blocks: self.launcher.is_some(),
@@ -168,7 +167,6 @@ impl FluidSection {
     }
 
     /// Time scheme.
-    #[must_use]
     pub fn scheme(&self) -> SchemeKey {
         self.time.scheme.unwrap_or(SchemeKey::Ab2)
     }
@@ -230,7 +228,6 @@ impl FluidSection {
 
 impl SchemeKey {
     /// Largest dt Σ_a |u_a|/Δx_a at which flows with grains were seen stable.
-    #[must_use]
     pub fn cfl_limit(self) -> f64 {
         match self {
             Self::Rk3 => 1.7,
@@ -239,7 +236,6 @@ impl SchemeKey {
     }
 
     /// Largest ν dt Σ_a 1/Δx_a² with explicit viscosity.
-    #[must_use]
     pub fn viscous_limit(self) -> f64 {
         match self {
             Self::Rk3 => 0.6,

@@ -6,7 +6,7 @@ use crate::grid::Grid;
 use crate::initial;
 use crate::launcher::{self, Launch};
 use crate::memory::{self, Demand, Share};
-use crate::methods::calibrated::{calibration::Calibration, room};
+use crate::methods::calibrated::calibration::Calibration;
 use crate::methods::fictitious::body_points;
 use crate::methods::method::Method;
 use crate::methods::needs::Needs;
@@ -30,9 +30,6 @@ pub fn facts(scene: &CheckedScene) -> Result<FluidFacts, SceneError> {
 }
 
 /// The same for `ranks` that have been started; without, for those that the scene's launcher would start.
-///
-/// # Errors
-/// As [`facts`].
 pub fn of_ranks(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     match scene.scene.domain.dimensions() {
         2 => of::<2>(scene, ranks),
@@ -130,10 +127,7 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
     let memory = memory::estimate(
         &grid,
         Demand {
-            carried: needs.force,
-            along: needs.transport.is_some(),
-            room: room(&needs, D),
-            jumps: needs.jumps,
+            needs,
             implicit,
             repeated,
             held,
@@ -156,14 +150,11 @@ fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<Flu
              force on them then settles over hundreds of steps and more"
         ));
     }
-    for (grain, g) in scene.grains.iter().enumerate() {
-        if g.thickness() < 5.0 * plan.spacing {
-            notices.push(format!(
-                "grain {grain} is {:.1} cells across: its drag is resolved from about 8 cells on",
-                g.thickness() / plan.spacing
-            ));
-            break;
-        }
+    if let Some(grain) = scene.grains.iter().position(|grain| grain.thickness() < 5.0 * plan.spacing) {
+        notices.push(format!(
+            "grain {grain} is {:.1} cells across: its drag is resolved from about 8 cells on",
+            scene.grains[grain].thickness() / plan.spacing
+        ));
     }
     Ok(FluidFacts {
         cells,

@@ -6,6 +6,7 @@
 //! grains' motion and projects, as at the start of any run.
 
 use crate::build;
+use crate::checkpoint::Head;
 use crate::checkpoint::whole::{Whole, read_whole};
 use crate::config::{Choices, FluidSection, SchemeKey};
 use crate::coupling;
@@ -167,18 +168,6 @@ fn outside<const D: usize>(scene: &CheckedScene, source: &Grid<D>, grid: &Grid<D
     Ok(())
 }
 
-/// Where a run was after its last step.
-pub(crate) struct Last<'a> {
-    /// Time, s.
-    pub(crate) time: f64,
-    /// Length of the step, s.
-    pub(crate) dt: f64,
-    /// Largest Σ|u|/Δx, 1/s.
-    pub(crate) rate: f64,
-    /// The grains.
-    pub(crate) memory: &'a Memory,
-}
-
 impl<const D: usize> Start<D> {
     fn new(
         scene: &CheckedScene,
@@ -204,7 +193,7 @@ impl<const D: usize> Start<D> {
         let speed = velocity.iter().map(|u| largest(u).powi(2)).sum::<f64>().sqrt();
         let fastest = if health.finite { [speed, health.rate] } else { [f64::NAN; 2] };
 
-        let (now, left) = (scene_grains::motions(scene), &whole.memory.motions);
+        let (now, left) = (scene_grains::motions(scene), &whole.head.memory.motions);
         let place = |motion: &Motion| motion.centre.map(f64::to_bits);
         let same_grains = now.len() == left.len() && now.iter().zip(left).all(|(a, b)| place(a) == place(b));
         let moves = |a: &Motion, b: &Motion| a.velocity == b.velocity && a.spin == b.spin;
@@ -255,11 +244,11 @@ impl<const D: usize> Start<D> {
         self.goes_on
     }
 
-    /// The last step of a run that goes on, moved by the same walls and forces.
-    pub(crate) fn last(&self) -> Option<Last<'_>> {
-        let Whole { time, previous_dt: dt, memory, .. } = &self.whole;
-        let last = Last { time: *time, dt: *dt, rate: self.fastest[1], memory };
-        (self.goes_on && self.same_drive && *dt > 0.0).then_some(last)
+    /// The last step of a run that goes on, moved by the same walls and forces, and the largest Σ|u|/Δx after
+    /// it, 1/s.
+    pub(crate) fn last(&self) -> Option<(&Head, f64)> {
+        let head = &self.whole.head;
+        (self.goes_on && self.same_drive && head.previous_dt > 0.0).then_some((head, self.fastest[1]))
     }
 
     /// Everything, where the run goes on: `fields` are those of [`crate::solver::Solver::fields_mut`]. The
@@ -280,9 +269,9 @@ impl<const D: usize> Start<D> {
         for (to, from) in fields.iter_mut().zip(theirs()) {
             copy_own(&own, whole, to, from);
         }
-        let alike = self.same_history && self.whole.explicit == (viscous == Viscous::Explicit);
-        let previous_dt = if alike { self.whole.previous_dt } else { 0.0 };
-        Some((previous_dt, self.whole.memory.clone()))
+        let alike = self.same_history && self.whole.head.explicit == (viscous == Viscous::Explicit);
+        let previous_dt = if alike { self.whole.head.previous_dt } else { 0.0 };
+        Some((previous_dt, self.whole.head.memory.clone()))
     }
 
     /// Velocity and pressure on another grid. The velocity is to be projected.
@@ -315,7 +304,7 @@ impl<const D: usize> Start<D> {
 
     /// What it knows of the grains, if they are where it left them.
     pub(crate) fn memory(&self) -> Option<&Memory> {
-        self.same_grains.then_some(&self.whole.memory)
+        self.same_grains.then_some(&self.whole.head.memory)
     }
 }
 

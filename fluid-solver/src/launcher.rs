@@ -35,7 +35,6 @@ const LOCAL: [&str; 3] = ["mpirun", "mpiexec", "orterun"];
 /// assert_eq!(read(&words("srun --ntasks=64")), Some(Launch { ranks: 64, on_each: 1 }));
 /// assert_eq!(read(&words("mpirun --bind-to core")), None);
 /// ```
-#[must_use]
 pub fn read(words: &[String]) -> Option<Launch> {
     let ranks = number(words, &RANKS)?;
     let named = |word: &String| MACHINES.contains(&word.split('=').next().unwrap_or(word));
@@ -60,7 +59,6 @@ fn mapped(words: &[String]) -> Option<usize> {
 }
 
 /// Ranks of this run on this machine, if the launcher that started it says so.
-#[must_use]
 pub fn on_this_machine() -> Option<usize> {
     let names = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
     names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok()).filter(|number| *number > 0)

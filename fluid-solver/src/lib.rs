@@ -12,9 +12,9 @@
 #![warn(missing_docs)]
 
 pub use fluid_kernels::{
-    axis, boundary, division, drive, engines, field, first_non_finite, flow_rate, geometry, grid, grid_error,
-    halo, health, helmholtz, immersed, interpolate, lanes, measure, near_convection, open, ranks, scheme,
-    stencil, step, threads, transform, tridiagonal, work,
+    axis, boundary, division, drive, engines, field, first_non_finite, flow_rate, grid, halo, health,
+    helmholtz, immersed, interpolate, lanes, measure, near_convection, open, ranks, scheme, stencil, step,
+    threads, transform, work,
 };
 
 mod bounds;
@@ -24,7 +24,6 @@ pub mod config;
 pub mod coupling;
 pub mod facts;
 pub mod follow;
-mod grain_forces;
 pub mod initial;
 pub mod launcher;
 pub mod lines;

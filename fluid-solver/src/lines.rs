@@ -34,7 +34,7 @@ struct Table {
     component: usize,
     along: usize,
     /// Name of the coordinate.
-    letter: &'static str,
+    letter: String,
     through: [f64; 3],
     /// Coordinate and published velocity.
     rows: Vec<(f64, f64)>,
@@ -75,12 +75,7 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
         let MetricKind::VelocityDifference { component, along, through, file, column } = &metric.kind else {
             continue;
         };
-        let letter = match along {
-            Axis::X => "x",
-            Axis::Y => "y",
-            Axis::Z => "z",
-            Axis::R => "r",
-        };
+        let letter = format!("{along:?}").to_lowercase();
         let refuse = |what: String| {
             let remedy =
                 "give a CSV file with a header and coordinates in m; paths count from the scene's folder";
@@ -88,7 +83,7 @@ pub fn of(scene: &CheckedScene) -> Result<Vec<Line>, SceneError> {
         };
         let text = protocol::input_file::read_text(file)
             .map_err(|error| refuse(format!("is {}, which cannot be read: {error}", file.display())))?;
-        let rows = published_points(&text, letter, column)
+        let rows = published_points(&text, &letter, column)
             .map_err(|what| refuse(format!("is {}, which {what}", file.display())))?;
         let (component, along, through) = (place(*component), place(*along), *through);
         let domain = &scene.scene.domain;
@@ -114,10 +109,7 @@ pub fn finish<const D: usize>(
     folder: &OutputFolder,
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let mut values = BTreeMap::new();
-    if lines.is_empty() {
-        return Ok(values);
-    }
-    if !solver.show() {
+    if lines.is_empty() || !solver.show() {
         return Ok(values);
     }
     for line in lines {
@@ -204,25 +196,18 @@ pub fn interpolate<const D: usize>(grid: &Grid<D>, d: usize, u: &[f64], x: [f64;
 /// Index of the node of component `d` at or below `x` along `axis`, from −1, and the share of the
 /// next one. Beyond the box the nearest place in it counts.
 fn between<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> (isize, f64) {
-    let (faces, centres) = (&grid.axes[axis].faces, &grid.axes[axis].centres);
+    let (faces, nodes) = (&grid.axes[axis].faces, grid.nodes(d, axis));
     let n = grid.cells[axis] as isize;
     let node = |i: isize| -> f64 {
-        if d == axis {
-            faces[i as usize]
-        } else if i < 0 {
-            2.0 * faces[0] - centres[0]
-        } else if i >= n {
-            2.0 * faces[n as usize] - centres[n as usize - 1]
+        if i < 0 {
+            2.0 * faces[0] - nodes[0]
+        } else if d != axis && i >= n {
+            2.0 * faces[n as usize] - nodes[n as usize - 1]
         } else {
-            centres[i as usize]
+            nodes[i as usize]
         }
     };
     let x = x.clamp(faces[0], faces[n as usize]);
-    let lowest = if d == axis { 0 } else { -1 };
-    let (mut low, mut high) = (lowest, n);
-    while high - low > 1 {
-        let middle = (low + high) / 2;
-        if node(middle) <= x { low = middle } else { high = middle }
-    }
+    let low = (nodes.partition_point(|node| *node <= x) as isize - 1).min(n - 1);
     (low, (x - node(low)) / (node(low + 1) - node(low)))
 }

@@ -1,6 +1,8 @@
 //! Memory of a run, estimated before anything is laid out.
 
 use crate::grid::Grid;
+use crate::methods::calibrated::room;
+use crate::methods::needs::Needs;
 use bedload_scene::{CheckedScene, SceneError};
 use protocol::memory::Available;
 
@@ -37,16 +39,10 @@ impl Share {
 /// What decides the number of fields.
 #[derive(Clone, Copy, Debug)]
 pub struct Demand {
-    /// Whether a carried force is kept.
-    pub carried: bool,
+    /// What the method keeps.
+    pub needs: Needs,
     /// Whether viscosity is implicit.
     pub implicit: bool,
-    /// Whether it is taken along with the grains.
-    pub along: bool,
-    /// Fields for what is worked with in between.
-    pub room: usize,
-    /// Whether the jumps of contacts go to the fluid in their own window.
-    pub jumps: bool,
     /// Whether windows are repeated, from a copy of the state at their start.
     pub repeated: bool,
     /// Kept of what the grains hold of the grid, bytes.
@@ -66,9 +62,9 @@ pub struct Demand {
 /// the grains is counted whole for each, as are the fields of a run that this one starts from, though they go
 /// before the first window.
 pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) -> u64 {
-    let Demand { carried, along, room, jumps, implicit, repeated, held, near, start } = demand;
+    let Demand { needs, implicit, repeated, held, near, start } = demand;
     let axes = D as u64;
-    let kept = 2 * axes + 1 + if carried { axes } else { 0 } + if along { axes } else { 0 };
+    let kept = axes * (2 + u64::from(needs.force) + u64::from(needs.transport.is_some())) + 1;
     let work = match (D, implicit) {
         (2, false) => 7,
         (2, true) => 17,
@@ -76,8 +72,8 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
         (_, true) => 4,
     };
     // φ of what is projected.
-    let jumps = u64::from(jumps && D == 3);
-    let fields = (1 + u64::from(repeated)) * kept + work + room as u64 + jumps;
+    let jumps = u64::from(needs.jumps && D == 3);
+    let fields = (1 + u64::from(repeated)) * kept + work + room(&needs, D) as u64 + jumps;
     if share.planes == 0 {
         return BASE + held + near + start + 8 * grid.len() as u64 * fields;
     }
@@ -87,10 +83,7 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
     share.ranks as u64 * (BASE + RANK + held + near + start + 8 * planes * grid.stride(D - 1) as u64)
 }
 
-/// Refuses what does not fit, where the system tells what there is.
-///
-/// # Errors
-/// [`SceneError`] at `domain.cells`.
+/// Refuses, at `domain.cells`, what does not fit, where the system tells what there is.
 pub fn check(scene: &CheckedScene, needed: u64, available: Option<&Available>) -> Result<(), SceneError> {
     let Some(available) = available.filter(|available| needed > available.bytes) else { return Ok(()) };
     let domain = &scene.scene.domain;

@@ -19,19 +19,12 @@ pub(crate) enum Order {
     Build(String, String, PathBuf),
     /// Do a window, with so many threads.
     Advance(Window, usize),
-    /// [`Participant::save`].
     Save,
-    /// [`Participant::restore`].
     Restore,
-    /// [`Participant::write_checkpoint`].
     WriteCheckpoint(PathBuf),
-    /// [`Participant::read_checkpoint`].
     ReadCheckpoint(PathBuf),
-    /// [`Participant::write_fields`].
     WriteFields(Window),
-    /// [`Fluid::mean_velocity`](crate::participant::Fluid::mean_velocity).
     MeanVelocity(usize),
-    /// [`Fluid::mean_speed`](crate::participant::Fluid::mean_speed).
     Speed,
     /// Bring the fields to the first rank, see [`crate::solver::Solver::show`].
     Show,
@@ -41,10 +34,7 @@ pub(crate) enum Order {
     Quit,
 }
 
-/// Tells the other ranks, if there are any and this is the first.
-///
-/// # Errors
-/// If one of them is gone.
+/// Tells the other ranks, if there are any and this is the first; an error if one of them is gone.
 pub(crate) fn tell(ranks: &Ranks, order: &Order) -> Result<(), SolverError> {
     if ranks.is_alone() || !ranks.is_first() {
         return Ok(());
@@ -54,10 +44,7 @@ pub(crate) fn tell(ranks: &Ranks, order: &Order) -> Result<(), SolverError> {
     ranks.broadcast(bytes).map(drop)
 }
 
-/// The first rank says that the program ends.
-///
-/// # Errors
-/// If a rank is gone.
+/// The first rank says that the program ends; an error if a rank is gone.
 pub fn dismiss(ranks: &Ranks) -> Result<(), SolverError> {
     tell(ranks, &Order::Quit)
 }

@@ -9,6 +9,7 @@
 use crate::field::for_each_own_unknown;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
+use crate::immersed::component::Placed;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
 use bedload_output::atomic_write;
@@ -75,37 +76,37 @@ fn faces<const D: usize>(grid: &Grid<D>) -> [Vec<f64>; 3] {
     })
 }
 
-/// Cells of this process.
-fn own_cells<const D: usize>(grid: &Grid<D>) -> usize {
-    grid.own_rows().len() * grid.cells[0]
+/// `value` at every cell of this process, given its indices and its place in a field.
+fn cells<const D: usize, const N: usize>(
+    grid: &Grid<D>,
+    value: impl Fn([usize; D], usize) -> [f64; N],
+) -> Vec<f64> {
+    let mut values = Vec::with_capacity(N * grid.own_rows().len() * grid.cells[0]);
+    for_each_own_unknown(grid, D, |at, index| values.extend(value(at, index)));
+    values
 }
 
 fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
-    let mut values = Vec::with_capacity(3 * own_cells(grid));
-    for_each_own_unknown(grid, D, |_, index| {
+    let values = cells(grid, |_, index| {
         let mut v = [0.0; 3];
         for (a, u) in solver.stepper().state().velocity.iter().enumerate() {
             v[laboratory(grid.geometry, a)] = 0.5 * (u[index] + u[index + grid.stride(a)]);
         }
-        values.extend(v);
+        v
     });
     Array::real("velocity", 3, values)
 }
 
 fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
-    let grid = solver.grid();
-    let mut values = Vec::with_capacity(own_cells(grid));
     let p = &solver.stepper().state().pressure;
-    for_each_own_unknown(grid, D, |_, index| values.push(solver.density() * p[index]));
-    Array::scalar("pressure", values)
+    Array::scalar("pressure", cells(solver.grid(), |_, index| [solver.density() * p[index]]))
 }
 
 /// ∇ × u at the centres: central differences of the centred velocity, walls through the halo.
 fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let velocity = &solver.stepper().state().velocity;
-    let mut values = Vec::with_capacity(3 * own_cells(grid));
     // ∂u_d/∂x_a at a centre, a ≠ d.
     let slope = |at: [usize; D], index: usize, d: usize, a: usize| {
         let u = &velocity[d];
@@ -114,7 +115,7 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
         let width = distances[at[a]] + distances[at[a] + 1];
         (centred(index + grid.stride(a)) - centred(index - grid.stride(a))) / width
     };
-    for_each_own_unknown(grid, D, |at, index| {
+    let values = cells(grid, |at, index| {
         let mut curl = [0.0; 3];
         for d in 0..D {
             for a in (0..D).filter(|a| *a != d) {
@@ -129,7 +130,7 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
             curl[0] = 0.0;
             curl[2] = 0.0;
         }
-        values.extend(curl);
+        curl
     });
     Array::real("vorticity", 3, values)
 }
@@ -137,18 +138,11 @@ fn vorticity<const D: usize>(solver: &Solver<D>) -> Array {
 fn solid<const D: usize>(solver: &Solver<D>) -> Array {
     let grid = solver.grid();
     let mut ratio = grid.new_field();
-    for_each_layer(
-        grid,
-        grid.division.own(),
-        solver.mask_model(),
-        solver.immersed().shapes(),
-        solver.motions(),
-        |k, layer_sums, _, _| {
-            let layer = &mut ratio[first(grid, k)..];
-            layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
-        },
-    );
-    let mut values = Vec::with_capacity(own_cells(grid));
-    for_each_own_unknown(grid, D, |_, index| values.push(ratio[index] / (1.0 + ratio[index])));
-    Array::scalar("solid", values)
+    let (shapes, motions) = (solver.immersed().shapes(), solver.motions());
+    let placed = Placed { grid, model: solver.mask_model(), shapes, motions };
+    for_each_layer(placed, grid.division.own(), |k, layer_sums, _, _| {
+        let layer = &mut ratio[first(grid, k)..];
+        layer.iter_mut().zip(&layer_sums.totals).for_each(|(sum, total)| *sum += total);
+    });
+    Array::scalar("solid", cells(grid, |_, index| [ratio[index] / (1.0 + ratio[index])]))
 }

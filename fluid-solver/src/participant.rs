@@ -73,9 +73,6 @@ impl Fluid {
 
     /// A fluid of one process with single parts of the calibrated method switched; tests show with it what
     /// they do.
-    ///
-    /// # Errors
-    /// As [`Fluid::new`].
     pub fn with_calibration(
         scene: &CheckedScene,
         folder: &Path,
@@ -145,18 +142,14 @@ impl Fluid {
 
     /// The solver of a plane or axisymmetric scene.
     pub fn two(&self) -> Option<&Solver<2>> {
-        match &self.solver {
-            Any::Two(solver) => Some(solver),
-            Any::Three(_) => None,
-        }
+        let Any::Two(solver) = &self.solver else { return None };
+        Some(solver)
     }
 
     /// The solver of a scene in space.
     pub fn three(&self) -> Option<&Solver<3>> {
-        match &self.solver {
-            Any::Two(_) => None,
-            Any::Three(solver) => Some(solver),
-        }
+        let Any::Three(solver) = &self.solver else { return None };
+        Some(solver)
     }
 
     /// Mean velocity along grid axis `axis`, m/s; the other ranks add theirs.

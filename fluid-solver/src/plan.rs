@@ -117,10 +117,10 @@ impl Plan {
             spacing,
             start: fastest,
         };
-        if let Some(last) = start.and_then(Start::last) {
+        if let Some((last, rate)) = start.and_then(Start::last) {
             plan.age += last.time;
-            let allowed = plan.allowed(last.rate, &last.memory.motions, &last.memory.before);
-            plan.first = plan.next(last.dt, 0.0, allowed, 1.0);
+            let allowed = plan.allowed(rate, &last.memory.motions, &last.memory.before);
+            plan.first = plan.next(last.previous_dt, 0.0, allowed, 1.0);
             plan.expected = plan.first;
         }
         Ok(plan)

@@ -11,6 +11,7 @@
 
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::{Motion, Shape, laboratory};
+use crate::immersed::component::Placed;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;
@@ -42,9 +43,6 @@ impl Sums {
 }
 
 /// Writes the averages after `window`.
-///
-/// # Errors
-/// [`SolverError::File`].
 pub fn write<const D: usize>(
     solver: &mut Solver<D>,
     axis: usize,
@@ -56,8 +54,8 @@ pub fn write<const D: usize>(
         return Ok(());
     }
     let mut planes = averages(solver, axis);
-    if let Some(kept) = solver.kept_forces() {
-        let force = gathered.as_ref().or(solver.force());
+    if let Some(kept) = &solver.kept {
+        let force = gathered.as_ref().or(solver.grains.force());
         for (plane, found) in planes.iter_mut().zip(stresses(solver, axis, force, kept)) {
             plane.stresses = plane.stresses.map(|had| Stresses { temperature: had.temperature, ..found });
         }
@@ -89,7 +87,8 @@ pub fn averages<const D: usize>(solver: &Solver<D>, axis: usize) -> Vec<Plane> {
             fluid_velocity: mean(0, sums.fluid),
             grain_velocity: mean(1, sums.solid),
             stresses: solver
-                .kept_forces()
+                .kept
+                .as_ref()
                 .map(|_| Stresses { temperature: sums.temperature(D), ..Stresses::default() }),
         }
     };
@@ -105,11 +104,7 @@ const THICKNESS: [f64; 2] = [0.195_21, 0.208_45];
 /// 4π/3 (r³ + 3 r s²).
 fn radius<const D: usize>(grid: &Grid<D>, width: f64, shape: &Shape, motion: &Motion) -> f64 {
     let disc = grid.geometry == Geometry::Plane;
-    let cell = |a: usize| {
-        let axis = &grid.axes[a];
-        let place = axis.faces.partition_point(|face| *face <= motion.centre[laboratory(grid.geometry, a)]);
-        axis.widths[place.clamp(1, grid.cells[a]) - 1]
-    };
+    let cell = |a: usize| grid.axes[a].width_at(motion.centre[laboratory(grid.geometry, a)]);
     let square = (0..D).map(cell).product::<f64>().powf(2.0 / D as f64);
     let s2 = std::f64::consts::PI.powi(2) / 6.0 * width.powi(2) * THICKNESS[usize::from(!disc)] * square;
     let whole = shape.radius;
@@ -135,38 +130,32 @@ fn add_grains<const D: usize>(solver: &Solver<D>, axis: usize, sums: &mut [Sums]
         })
         .collect();
     let mut ratios = grid.new_field();
-    for_each_layer(
-        grid,
-        0..grid.cells[D - 1],
-        &model,
-        &shapes,
-        solver.motions(),
-        |k, layer_sums, grains, nodes| {
-            let layer = &mut ratios[first(grid, k)..];
-            layer.iter_mut().zip(layer_sums.totals()).for_each(|(sum, total)| *sum += total);
-            for (part, spans, mut ratios) in grains.parts() {
-                let motion = &solver.motions()[part.grain];
-                for span in spans {
-                    let (row, rest) = ratios.split_at(span.count);
-                    ratios = rest;
-                    for (place, q) in row.iter().enumerate().filter(|(_, q)| **q > 0.0) {
-                        let i = span.first + place;
-                        let arm = [nodes.along(i) + span.shift, span.middle, part.arm];
-                        let part = q / (1.0 + layer_sums.totals()[span.at + place])
-                            * grid.axes[0].cell_volume[i]
-                            * span.weight;
-                        let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
-                        sums[plane].solid += part;
-                        sums[plane].centres.1 += part * motion.velocity.iter().map(|v| v * v).sum::<f64>();
-                        for c in 0..3 {
-                            sums[plane].momentum[1][c] += part * motion.velocity_at(c, arm);
-                            sums[plane].centres.0[c] += part * motion.velocity[c];
-                        }
+    let placed = Placed { grid, model: &model, shapes: &shapes, motions: solver.motions() };
+    for_each_layer(placed, 0..grid.cells[D - 1], |k, layer_sums, grains, nodes| {
+        let layer = &mut ratios[first(grid, k)..];
+        layer.iter_mut().zip(&layer_sums.totals).for_each(|(sum, total)| *sum += total);
+        for (part, spans, mut ratios) in grains.parts() {
+            let motion = &solver.motions()[part.grain];
+            for span in spans {
+                let (row, rest) = ratios.split_at(span.count);
+                ratios = rest;
+                for (place, q) in row.iter().enumerate().filter(|(_, q)| **q > 0.0) {
+                    let i = span.first + place;
+                    let arm = [nodes.along(i) + span.shift, span.middle, part.arm];
+                    let part = q / (1.0 + layer_sums.totals[span.at + place])
+                        * grid.axes[0].cell_volume[i]
+                        * span.weight;
+                    let plane = [i, span.at / grid.stride(1), k][if axis == D - 1 { 2 } else { axis }];
+                    sums[plane].solid += part;
+                    sums[plane].centres.1 += part * motion.velocity.iter().map(|v| v * v).sum::<f64>();
+                    for c in 0..3 {
+                        sums[plane].momentum[1][c] += part * motion.velocity_at(c, arm);
+                        sums[plane].centres.0[c] += part * motion.velocity[c];
                     }
                 }
             }
-        },
-    );
+        }
+    });
     ratios
 }
 

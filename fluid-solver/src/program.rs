@@ -17,7 +17,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// The whole program, alone or as one of several `ranks`, of which all but the first follow the first.
-#[must_use]
 pub fn main(ranks: Option<Ranks>) -> ExitCode {
     let Some(ranks) = ranks else { return bedload_program::main::<Fluid>() };
     if !ranks.is_first() {
@@ -40,7 +39,6 @@ pub fn main(ranks: Option<Ranks>) -> ExitCode {
 }
 
 /// Says `what` is wrong, and that the program has failed.
-#[must_use]
 pub fn failed(what: &str) -> ExitCode {
     protocol::say!("{}: {what}", Fluid::PROGRAM);
     ExitCode::FAILURE

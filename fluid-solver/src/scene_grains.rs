@@ -30,14 +30,8 @@ pub(crate) fn freedoms(scene: &CheckedScene) -> Vec<[bool; 6]> {
 /// Shapes of the grains, in message order.
 pub(crate) fn shapes(scene: &CheckedScene) -> Vec<Shape> {
     let shape = |grain: &Grain| Shape {
-        radius: grain.radius,
-        mask_radius: grain.radius,
-        wave: 1.0,
-        patches: Vec::new(),
         outline: grain.outline().map(Arc::new),
-        density: grain.density,
-        volume: grain.volume(),
-        gyration: grain.gyration(),
+        ..Shape::round(grain.radius, grain.density, grain.volume(), grain.gyration())
     };
     scene.grains.iter().map(shape).collect()
 }

@@ -6,9 +6,8 @@ use crate::build;
 use crate::config::FluidSection;
 use crate::coupling;
 use crate::engines::HasEngine;
-use crate::field::{copy_own, own_planes};
+use crate::field::{copy_own, gather_to_first, own_planes};
 use crate::first_non_finite::FirstNonFinite;
-use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
 use crate::halo::fill_velocity;
 use crate::health::Health;
@@ -24,9 +23,9 @@ use crate::methods::immersed_boundary::{ImmersedBoundary, OnWalls};
 use crate::plan::{self, Plan};
 use crate::ranks::Ranks;
 use crate::step::Stepper;
+use crate::stress::GrainForces;
 use crate::work::Work;
 use bedload_scene::{CheckedScene, Medium, OverTime, SceneError};
-use fluid_kernels::gather;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Exchange, SolverError, Window, WindowReport};
 
@@ -37,7 +36,6 @@ struct Saved {
     fields: Vec<Vec<f64>>,
     /// Time, length of the step before, s, and number of steps.
     times: (f64, f64, u64),
-    /// The grains.
     memory: Memory,
 }
 
@@ -48,7 +46,7 @@ pub type FluidExchange<'a> = dyn Exchange<Kinematics, Loads> + 'a;
 pub struct Solver<const D: usize> {
     stepper: Stepper<D>,
     method: Box<dyn ImmersedBoundary<D>>,
-    grains: Grains<D>,
+    pub(crate) grains: Grains<D>,
     plan: Plan,
     saved: Option<Box<Saved>>,
     beyond: Beyond,
@@ -62,7 +60,7 @@ pub struct Solver<const D: usize> {
     rate: f64,
     seconds: f64,
     /// Forces on grains, where stresses are asked for.
-    kept: Option<Box<GrainForces>>,
+    pub(crate) kept: Option<Box<GrainForces>>,
 }
 
 impl<const D: usize> Solver<D> {
@@ -172,7 +170,7 @@ impl<const D: usize> Solver<D> {
         }
         let Grains { immersed, model, memory, .. } = &mut self.grains;
         let sharp = MaskModel { mask: Mask::Izard2014, ..*model };
-        immersed.impose_direct(&grid, &sharp, &memory.motions, &mut self.stepper.state_mut().velocity);
+        immersed.impose_direct((&grid, &sharp, &memory.motions), &mut self.stepper.state_mut().velocity);
         self.stepper.project_velocity();
         if let Some(start) = start {
             self.carry_over(start);
@@ -298,7 +296,6 @@ impl<const D: usize> Solver<D> {
         self.rate * self.plan.spacing
     }
 
-    /// Checks the projected velocity.
     fn health(&mut self, window: &Window) -> Result<Health, SolverError> {
         let (grid, velocity) = (self.stepper.grid(), &self.stepper.state().velocity);
         let health = Health::of(grid, velocity);
@@ -373,7 +370,7 @@ impl<const D: usize> Solver<D> {
             return true;
         }
         let (grid, state) = self.stepper.parts_mut();
-        let shown = gather::to_first(grid, state.velocity.iter_mut().chain([&mut state.pressure]));
+        let shown = gather_to_first(grid, state.velocity.iter_mut().chain([&mut state.pressure]));
         if shown {
             let whole = grid.undivided();
             for (d, u) in state.velocity.iter_mut().enumerate() {
@@ -388,29 +385,14 @@ impl<const D: usize> Solver<D> {
         self.kept = Some(Box::new(GrainForces::new(self.grains.memory.motions.len())));
     }
 
-    /// Those of the last window, where they are kept.
-    pub(crate) fn kept_forces(&self) -> Option<&GrainForces> {
-        self.kept.as_deref()
-    }
-
     /// The carried force as the first rank needs it for stresses, where several ranks have it. All must call
     /// it.
     pub(crate) fn gather_force(&self) -> Option<[Vec<f64>; D]> {
         let grid = self.grid();
         self.kept.as_ref().filter(|_| !grid.division.ranks().is_alone())?;
         let mut force = self.grains.force()?.clone();
-        gather::to_first(grid, force.iter_mut());
+        gather_to_first(grid, force.iter_mut());
         Some(force)
-    }
-
-    /// The carried force per unit mass, m/s²; none where there is no grain.
-    pub(crate) fn force(&self) -> Option<&[Vec<f64>; D]> {
-        self.grains.force()
-    }
-
-    /// What decides the next window besides the fields.
-    pub(crate) fn memory(&self) -> &Memory {
-        &self.grains.memory
     }
 
     /// Goes on from the present fields: time, the step before and the number of steps, and the rest.

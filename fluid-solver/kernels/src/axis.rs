@@ -1,6 +1,6 @@
 //! One axis of a grid: where its faces and centres lie, and its metric.
 
-use crate::grid_error::GridError;
+use crate::grid::GridError;
 
 /// How an axis is divided into cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,11 +30,8 @@ pub enum AxisSpec {
         /// Number of cells in total.
         cells: usize,
     },
-    /// Any increasing face positions, m.
-    Faces(
-        /// Positions of the faces, lowest first, one more than there are cells.
-        Vec<f64>,
-    ),
+    /// Any increasing face positions, m, one more than there are cells.
+    Faces(Vec<f64>),
 }
 
 impl AxisSpec {
@@ -62,7 +59,10 @@ impl AxisSpec {
 
 /// Refuses an axis with too few cells for a staggered grid.
 fn check_cells(axis: usize, cells: usize) -> Result<(), GridError> {
-    if cells < 2 { Err(GridError::TooFewCells { axis, cells }) } else { Ok(()) }
+    if cells < 2 {
+        return Err(GridError(format!("axis {axis} has {cells} cells: at least 2 are needed")));
+    }
+    Ok(())
 }
 
 /// Face positions of [`AxisSpec::Growing`]: `[start, core_end, end]`, core width, cells in total.
@@ -71,14 +71,21 @@ fn growing(axis: usize, ends: [f64; 3], width: f64, cells: usize) -> Result<Vec<
     let wanted = (core_end - start) / width;
     let core = wanted.round();
     if !(core >= 1.0 && (wanted - core).abs() < 1e-6 * core && core < cells as f64) {
-        return Err(GridError::Core { axis, core: core_end - start, width, cells });
+        return Err(GridError(format!(
+            "axis {axis}: the uniform part, {} long, must hold a whole number of cells of width {width}, at \
+             least one and fewer than the {cells} cells of the axis",
+            core_end - start
+        )));
     }
     let grown = cells as f64 - core;
     // Σ_{k=1..m} (width + k δ) = end − core_end
     let growth = 2.0 * (end - core_end - grown * width) / (grown * (grown + 1.0));
     if !(growth >= -1e-12 * width && growth.is_finite()) {
-        let most = core + ((end - core_end) / width).floor();
-        return Err(GridError::Shrinking { axis, cells, most: most as usize });
+        let most = (core + ((end - core_end) / width).floor()) as usize;
+        return Err(GridError(format!(
+            "axis {axis}: {cells} cells are too many for widths that grow outwards: give at most {most}, or \
+             a smaller uniform width"
+        )));
     }
     let core = core as usize;
     let mut faces: Vec<f64> = (0..=core).map(|i| start + width * i as f64).collect();
@@ -133,24 +140,24 @@ impl Axis {
     pub fn new(number: usize, spec: &AxisSpec, periodic: bool, radial: bool) -> Result<Self, GridError> {
         let (faces, uniform) = spec.faces(number)?;
         if let Some(at) = faces.iter().copied().find(|f| !f.is_finite()) {
-            return Err(GridError::NotFinite { axis: number, at });
+            let what = format!("axis {number} has a face at {at}: every position must be a finite number");
+            return Err(GridError(what));
         }
         if let Some(i) = (0..faces.len() - 1).find(|&i| faces[i + 1] <= faces[i]) {
             let (at, next) = (faces[i], faces[i + 1]);
-            return Err(GridError::NotIncreasing { axis: number, face: i, at, next });
+            return Err(GridError(format!(
+                "axis {number}: face {i} at {at} is followed by a face at {next}: positions must increase"
+            )));
         }
         if radial && faces[0] < 0.0 {
-            return Err(GridError::NegativeRadius { start: faces[0] });
+            let start = faces[0];
+            return Err(GridError(format!(
+                "the radial axis starts at r = {start}: it must start at r = 0 or above"
+            )));
         }
         let n = faces.len() - 1;
         let uniform_width = uniform.then(|| (faces[n] - faces[0]) / n as f64);
-        Ok(Self::measured(faces, uniform_width, periodic, radial))
-    }
-
-    /// Derives every array from the face positions.
-    fn measured(faces: Vec<f64>, uniform: Option<f64>, periodic: bool, radial: bool) -> Self {
-        let n = faces.len() - 1;
-        let widths: Vec<f64> = (0..n).map(|i| uniform.unwrap_or(faces[i + 1] - faces[i])).collect();
+        let widths: Vec<f64> = (0..n).map(|i| uniform_width.unwrap_or(faces[i + 1] - faces[i])).collect();
         let centres: Vec<f64> = (0..n).map(|i| 0.5 * (faces[i] + faces[i + 1])).collect();
         let metric = |x: &f64| if radial { *x } else { 1.0 };
         let face_area: Vec<f64> = faces.iter().map(metric).collect();
@@ -166,7 +173,7 @@ impl Axis {
                 half * (cell_volume[a] + cell_volume[b])
             })
             .collect();
-        Self {
+        Ok(Self {
             faces,
             centres,
             inverse_widths: widths.iter().map(|width| 1.0 / width).collect(),
@@ -177,14 +184,19 @@ impl Axis {
             inverse_cell_volume: cell_volume.iter().map(|volume| 1.0 / volume).collect(),
             cell_volume,
             face_volume,
-            uniform_width: uniform,
+            uniform_width,
             radial,
-        }
+        })
     }
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
         self.widths.len()
+    }
+
+    /// Width of the cell at `place`, m; beyond the ends of the axis that of the last one.
+    pub fn width_at(&self, place: f64) -> f64 {
+        self.widths[self.faces.partition_point(|face| *face <= place).clamp(1, self.cells()) - 1]
     }
 
     /// Length of the axis, m.

@@ -23,7 +23,7 @@ const FEW: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Division {
     /// First plane of each block, and the number of planes; empty: the tridiagonal solve knows no blocks.
-    cuts: Vec<usize>,
+    pub(crate) cuts: Vec<usize>,
     own: Range<usize>,
     ranks: Ranks,
 }
@@ -35,11 +35,11 @@ pub enum DivisionError {
     #[error("a grid with two axes cannot be divided among ranks: only one in space can")]
     Axes,
     /// Too few planes for two blocks.
-    #[error("{planes} cells along the last axis are too few to be divided: at least {} are needed", 2 * LEAST)]
-    Planes {
-        /// Number of planes.
-        planes: usize,
-    },
+    #[error(
+        "{0} cells along the last axis are too few to be divided: at least {least} are needed",
+        least = 2 * LEAST
+    )]
+    Planes(usize),
     /// More ranks than blocks.
     #[error("{ranks} ranks for {planes} cells along the last axis: 1 to {most} are possible")]
     Ranks {
@@ -56,7 +56,6 @@ pub enum DivisionError {
 }
 
 /// Number of blocks of a grid with so many planes.
-#[must_use]
 pub fn blocks(planes: usize) -> usize {
     let largest = |count: usize| if count > 1 { 1 << count.ilog2() } else { count };
     largest(planes / MANY).max(largest(planes / LEAST).min(FEW))
@@ -68,7 +67,6 @@ impl Division {
         Self { cuts: Vec::new(), own: 0..planes, ranks: Ranks::alone() }
     }
 
-    /// Blocks, shared among ranks.
     pub(crate) fn new(planes: usize, ranks: Ranks) -> Result<Self, DivisionError> {
         let cuts = Self::cuts_for(planes, ranks.size())?;
         let own = Self::planes_of(&cuts, ranks.rank(), ranks.size());
@@ -79,7 +77,7 @@ impl Division {
     fn cuts_for(planes: usize, size: usize) -> Result<Vec<usize>, DivisionError> {
         let count = blocks(planes);
         if count < 2 {
-            return Err(DivisionError::Planes { planes });
+            return Err(DivisionError::Planes(planes));
         }
         if size > count {
             return Err(DivisionError::Ranks { ranks: size, planes, most: count });
@@ -103,31 +101,21 @@ impl Division {
     }
 
     /// The planes that this rank works on.
-    #[must_use]
     pub fn own(&self) -> Range<usize> {
         self.own.clone()
     }
 
     /// The planes of rank `rank`.
-    #[must_use]
     pub fn of(&self, rank: usize) -> Range<usize> {
         if self.ranks.is_alone() { self.own() } else { Self::planes_of(&self.cuts, rank, self.ranks.size()) }
     }
 
     /// Planes of the rank that has fewest.
-    #[must_use]
     pub fn least(&self) -> usize {
         (0..self.ranks.size()).map(|rank| self.of(rank).len()).min().unwrap_or(0)
     }
 
-    /// First plane of each block, and the number of planes; empty where the solve knows no blocks.
-    #[must_use]
-    pub fn cuts(&self) -> &[usize] {
-        &self.cuts
-    }
-
     /// The ranks.
-    #[must_use]
     pub fn ranks(&self) -> &Ranks {
         &self.ranks
     }
@@ -157,7 +145,7 @@ mod tests {
             let mut next = 0;
             for ranks in crate::ranks::threads::ranks(size) {
                 let division = Division::new(44, ranks).expect("44 planes have 8 blocks");
-                assert!(division.cuts().contains(&division.own().start));
+                assert!(division.cuts.contains(&division.own().start));
                 assert_eq!(
                     (division.own().start, division.of(division.ranks().rank())),
                     (next, division.own())

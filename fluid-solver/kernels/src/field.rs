@@ -61,12 +61,32 @@ pub fn clear_own<const D: usize>(grid: &Grid<D>, fields: &mut [Vec<f64>]) {
 
 /// Where the planes of this process lie in a field; without ranks the whole field.
 pub fn own_planes<const D: usize>(grid: &Grid<D>) -> Range<usize> {
-    let own = grid.division.own();
-    if grid.division.ranks().is_alone() {
-        0..grid.len()
-    } else {
-        grid.planes(own.start as isize, own.end as isize)
+    let ranks = grid.division.ranks();
+    if ranks.is_alone() { 0..grid.len() } else { planes_of(grid, ranks.rank()) }
+}
+
+/// Where the planes of rank `rank` lie in a field.
+fn planes_of<const D: usize>(grid: &Grid<D>, rank: usize) -> Range<usize> {
+    let planes = grid.division.of(rank);
+    grid.planes(planes.start as isize, planes.end as isize)
+}
+
+/// Every field whole on the first rank, in its own memory; says whether this is it.
+pub fn gather_to_first<'a, const D: usize>(
+    grid: &Grid<D>,
+    fields: impl Iterator<Item = &'a mut Vec<f64>>,
+) -> bool {
+    let ranks = grid.division.ranks();
+    for field in fields {
+        if !ranks.is_first() {
+            ranks.exchange(&[(0, &field[own_planes(grid)])], &mut []);
+            continue;
+        }
+        for rank in 1..ranks.size() {
+            ranks.exchange(&[], &mut [(rank, &mut field[planes_of(grid, rank)])]);
+        }
     }
+    ranks.is_first()
 }
 
 /// Sets the unknowns of component `d` from a function of position (m, one entry per axis), on the planes of

@@ -50,7 +50,6 @@ impl<const D: usize> FlowRate<D> {
         }
     }
 
-    /// A step begins.
     pub(crate) fn begin(&mut self) {
         self.impulse = 0.0;
     }
@@ -77,7 +76,7 @@ impl<const D: usize> FlowRate<D> {
         if answer.diffusion != diffusion {
             let own = grid.division.own();
             self.work[grid.planes(own.start as isize, own.end as isize)].fill(1.0);
-            solver.solve(grid, 1.0, diffusion, &mut self.work, &mut answer.field, Write::Set);
+            solver.solve(grid, [1.0, diffusion], &mut self.work, &mut answer.field, Write::Set);
             answer.mean = mean(grid, self.axis, &answer.field);
             answer.diffusion = diffusion;
         }

@@ -21,11 +21,8 @@ pub(crate) struct Ghosts {
 /// On which sides of the own planes a field is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Below.
     Below,
-    /// Above.
     Above,
-    /// Both.
     Both,
 }
 

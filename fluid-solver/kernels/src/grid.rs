@@ -25,14 +25,36 @@
 use crate::axis::{Axis, AxisSpec};
 use crate::boundary::Boundary;
 use crate::division::{Division, DivisionError};
-pub use crate::geometry::Geometry;
-pub use crate::grid_error::GridError;
 use crate::ranks::Ranks;
 use std::ops::Range;
+use thiserror::Error;
 
 /// Values before the first row, so that its left halo exists and rows start on a cache line: the
 /// large blocks that glibc hands out begin 16 bytes after a page.
 const LEAD: usize = 6;
+
+/// Geometry of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometry {
+    /// Two axes (x, z), everything per unit depth.
+    Plane,
+    /// Two axes (r, z) without swirl, integrals over the full turn.
+    Axisymmetric,
+    /// Three axes (x, y, z).
+    Space,
+}
+
+impl Geometry {
+    /// Number of axes of a grain: 3 for a sphere, 2 for a disc.
+    pub fn grain_dimensions(self) -> i32 {
+        if self == Self::Plane { 2 } else { 3 }
+    }
+}
+
+/// Why a grid is impossible: the axis, what is wrong with it and what is allowed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct GridError(pub String);
 
 /// Description of a grid, to be checked by [`Grid::new`].
 #[derive(Clone, Debug, PartialEq)]
@@ -66,11 +88,14 @@ impl<const D: usize> Grid<D> {
     /// Checks a description and builds the grid.
     ///
     /// # Errors
-    /// See [`GridError`]: each names the axis, what is wrong with it and what is allowed.
+    /// See [`GridError`].
     pub fn new(spec: &GridSpec<D>) -> Result<Self, GridError> {
         let needed = if spec.geometry == Geometry::Space { 3 } else { 2 };
         if needed != D {
-            return Err(GridError::Axes { geometry: spec.geometry, needed, given: D });
+            let geometry = spec.geometry;
+            return Err(GridError(format!(
+                "{geometry:?} geometry has {needed} axes, but the grid was given {D}"
+            )));
         }
         check_boundaries(spec)?;
         let mut axes = Vec::with_capacity(D);
@@ -248,41 +273,62 @@ fn layout<const D: usize>(cells: &[usize; D]) -> ([usize; D], usize) {
 fn check_boundaries<const D: usize>(spec: &GridSpec<D>) -> Result<(), GridError> {
     for (axis, faces) in spec.boundaries.iter().enumerate() {
         if faces[0].is_periodic() != faces[1].is_periodic() {
-            return Err(GridError::HalfPeriodic { axis });
+            return Err(GridError(format!(
+                "axis {axis} is periodic on one face only: make both faces periodic, or neither"
+            )));
         }
         for (side, face) in faces.iter().enumerate() {
             let radial = axis == 0 && side == 0 && spec.geometry == Geometry::Axisymmetric;
             if matches!(face, Boundary::Axis) && !radial {
-                return Err(GridError::MisplacedAxis { axis, side });
+                return Err(misplaced_axis(axis, side));
             }
             if face.is_open() && axis == 0 && spec.geometry == Geometry::Axisymmetric {
-                return Err(GridError::RadialFlow { axis, side });
+                return Err(GridError(format!(
+                    "face {side} of axis {axis} is radial: fluid enters and leaves along z only"
+                )));
             }
             let velocity = face.velocity(axis);
             if velocity != 0.0 {
-                return Err(GridError::NormalVelocity { axis, side, velocity });
+                return Err(GridError(format!(
+                    "the wall on face {side} of axis {axis} has the normal velocity {velocity}: walls move \
+                     in their own plane only, set it to 0"
+                )));
             }
         }
     }
     Ok(())
 }
 
+fn misplaced_axis(axis: usize, side: usize) -> GridError {
+    GridError(format!(
+        "face {side} of axis {axis}: the axis of symmetry belongs on the lower face of axis 0 of an \
+         axisymmetric grid that starts at r = 0, and nothing else can stand there"
+    ))
+}
+
 /// Refuses axes that the direct solver cannot treat.
 fn check_axes<const D: usize>(spec: &GridSpec<D>, axes: &[Axis]) -> Result<(), GridError> {
     let mut swept = (0..D).filter(|&a| !axes[a].is_transformable());
     if let (Some(first), Some(second)) = (swept.next(), swept.next()) {
-        return Err(GridError::TwoStretched { first, second });
+        return Err(GridError(format!(
+            "axes {first} and {second} are both stretched or radial: the direct solver allows one; make the \
+             other uniform"
+        )));
     }
     if let Some(axis) = (0..D - 1).find(|&a| D == 3 && !axes[a].is_transformable()) {
-        return Err(GridError::StretchedSpace { axis });
+        return Err(GridError(format!(
+            "axis {axis} is stretched: in space only the last axis (z) may be; rename the axes of the scene"
+        )));
     }
     for (a, axis) in axes.iter().enumerate() {
         if spec.boundaries[a][0].is_periodic() && !axis.is_transformable() {
-            return Err(GridError::PeriodicStretched { axis: a });
+            return Err(GridError(format!(
+                "axis {a} is periodic: its cells must be equal and it cannot be radial"
+            )));
         }
         let on_axis = matches!(spec.boundaries[a][0], Boundary::Axis);
         if axis.radial && on_axis != (axis.faces[0] == 0.0) {
-            return Err(GridError::MisplacedAxis { axis: a, side: 0 });
+            return Err(misplaced_axis(a, 0));
         }
     }
     Ok(())

@@ -1,6 +1,5 @@
 //! The halo values that express the conditions on the faces of the box ([`crate::boundary`]).
 
-use crate::boundary::Boundary;
 use crate::grid::Grid;
 use crate::open::OpenFaces;
 
@@ -35,8 +34,15 @@ pub(crate) fn fill_velocity_across<const D: usize>(grid: &Grid<D>, d: usize, axi
         copy_layer(grid, axis, n, n, u, |_| 0.0);
         copy_layer(grid, axis, -1, 1, u, |x| -x);
     } else {
-        ghost(grid, axis, -1, 0, low, d, u);
-        ghost(grid, axis, n, n - 1, high, d, u);
+        // The images of a tangential component in the walls.
+        for (to, from, wall) in [(-1, 0, low), (n, n - 1, high)] {
+            let twice = 2.0 * wall.velocity(d);
+            if wall.is_odd() {
+                copy_layer(grid, axis, to, from, u, |x| twice - x);
+            } else {
+                copy_layer(grid, axis, to, from, u, |x| x);
+            }
+        }
     }
 }
 
@@ -51,24 +57,6 @@ pub(crate) fn fill_scalar_across<const D: usize>(grid: &Grid<D>, axis: usize, p:
     let (below, above) = if grid.periodic(axis) { (n - 1, 0) } else { (0, n - 1) };
     copy_layer(grid, axis, -1, below, p, |x| x);
     copy_layer(grid, axis, n, above, p, |x| x);
-}
-
-/// Sets the image `to` of layer `from` in a wall for a component tangential to that wall.
-fn ghost<const D: usize>(
-    grid: &Grid<D>,
-    axis: usize,
-    to: isize,
-    from: isize,
-    wall: Boundary<D>,
-    d: usize,
-    u: &mut [f64],
-) {
-    if wall.is_odd() {
-        let twice = 2.0 * wall.velocity(d);
-        copy_layer(grid, axis, to, from, u, |x| twice - x);
-    } else {
-        copy_layer(grid, axis, to, from, u, |x| x);
-    }
 }
 
 /// `u(to) = map(u(from))` over a whole layer across `axis`, halo of the other axes included; across axes

@@ -71,7 +71,6 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
-    /// `count` zeros.
     pub(crate) fn zeros(count: usize) -> Self {
         let values = vec![0.0; if count > 0 { count + 7 } else { 0 }];
         let skip = values.as_ptr().align_offset(64).min(values.len() - count);

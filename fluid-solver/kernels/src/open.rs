@@ -192,19 +192,18 @@ impl<const D: usize> OpenFaces<D> {
             } else {
                 -1
             };
-            match (d == axis, face.side) {
-                (true, 1) => for_each(grid, axis, at, |entry, index| u[index] = values[entry]),
-                (true, _) => for_each(grid, axis, at, |entry, index| {
-                    u[index] = values[entry];
-                    u[index - stride] = 2.0 * values[entry] - u[index + stride];
-                }),
-                (false, 1) => for_each(grid, axis, at, |entry, index| {
-                    u[index] = 2.0 * values[entry] - u[index - stride];
-                }),
-                (false, _) => for_each(grid, axis, at, |entry, index| {
-                    u[index] = 2.0 * values[entry] - u[index + stride];
-                }),
-            }
+            for_each(grid, axis, at, |entry, index| {
+                let value = values[entry];
+                match (d == axis, face.side) {
+                    (true, 1) => u[index] = value,
+                    (true, _) => {
+                        u[index] = value;
+                        u[index - stride] = 2.0 * value - u[index + stride];
+                    }
+                    (false, 1) => u[index] = 2.0 * value - u[index - stride],
+                    (false, _) => u[index] = 2.0 * value - u[index + stride],
+                }
+            });
         }
     }
 }

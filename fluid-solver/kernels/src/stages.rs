@@ -129,7 +129,6 @@ impl StepPlan {
         Self { stages, count, left }
     }
 
-    /// The stages in order.
     pub(crate) fn stages(&self) -> &[PlannedStage] {
         &self.stages[..self.count]
     }

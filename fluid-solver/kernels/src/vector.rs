@@ -30,12 +30,6 @@ impl<S: Simd> Real<S> {
         S::as_mut_simd_f64s(values).0[t] = self.v;
     }
 
-    /// Zero, as wide.
-    #[inline(always)]
-    pub(crate) fn zero(self) -> Self {
-        Self::new(self.simd, self.simd.splat_f64s(0.0))
-    }
-
     /// The same number in every lane, as wide.
     #[inline(always)]
     pub(crate) fn splat(self, value: f64) -> Self {
@@ -124,7 +118,6 @@ impl<S: Simd> Complex<S> {
         Self::new(self.im, self.re)
     }
 
-    /// Complex conjugate.
     #[inline(always)]
     pub(crate) fn conj(self) -> Self {
         Self::new(self.re, -self.im)

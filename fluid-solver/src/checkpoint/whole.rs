@@ -1,21 +1,14 @@
 //! A checkpoint read whole, whatever the number of ranks that wrote it, and without a solver.
 
-use super::part::{Part, ROLE, place, role};
+use super::parts::{Part, place, role};
+use super::{Head, ROLE};
 use crate::grid::Grid;
-use crate::methods::grains::Memory;
 use protocol::participant::SolverError;
 use std::path::Path;
 
 /// A checkpoint with whole fields, whoever wrote it.
 pub(crate) struct Whole {
-    /// Time, s.
-    pub(crate) time: f64,
-    /// Length of the last step, s; zero: there was none.
-    pub(crate) previous_dt: f64,
-    /// Whether viscosity is part of the history.
-    pub(crate) explicit: bool,
-    /// The grains.
-    pub(crate) memory: Memory,
+    pub(crate) head: Head,
     /// See [`crate::solver::Solver::fields`]: velocity, history, force, pressure, open faces, points.
     pub(crate) fields: Vec<Vec<f64>>,
 }
@@ -29,23 +22,18 @@ pub(crate) fn read_whole<const D: usize>(
     folder: &Path,
 ) -> Result<(String, Whole), SolverError> {
     let (scene, mut payload) = protocol::checkpoint::open_any(folder, ROLE)?;
-    let cells: Vec<u64> = payload.part()?;
-    let (time, previous_dt, steps): (f64, f64, u64) = payload.part()?;
-    let explicit: bool = payload.part()?;
-    let memory: Memory = payload.part()?;
-    let parts: Vec<Part> = payload.part()?;
-    let count: u64 = payload.part()?;
+    let (head, count): (Head, u64) = payload.part()?;
     let known = 3 * D as u64 + 1;
-    let fits = if parts.is_empty() { count >= known } else { count == 0 };
-    if !fits || cells != cells_of(grid) || memory.grains().is_none() {
+    let fits = if head.parts.is_empty() { count >= known } else { count == 0 };
+    if !fits || head.cells != cells_of(grid) || head.memory.grains().is_none() {
         return Err(
             payload.refuse("holds another grid, or other fields, than the scene.toml of its run says")
         );
     }
-    let fields = if parts.is_empty() {
+    let fields = if head.parts.is_empty() {
         (0..count).map(|_| payload.list()).collect::<Result<_, _>>()?
     } else {
-        read_parts(grid, &scene, folder, steps, &parts)?
+        read_parts(grid, &scene, folder, head.steps, &head.parts)?
     };
     payload.end()?;
     let whole = |at: usize, field: &Vec<f64>| {
@@ -55,7 +43,7 @@ pub(crate) fn read_whole<const D: usize>(
     if !fields.iter().enumerate().take(3 * D + 1).all(|(at, field)| whole(at, field)) {
         return Err(payload.refuse("holds fields of another length than the grid of its run"));
     }
-    Ok((scene, Whole { time, previous_dt, explicit, memory, fields }))
+    Ok((scene, Whole { head, fields }))
 }
 
 /// All planes of every field, from the files of all ranks.
@@ -97,7 +85,6 @@ fn read_parts<const D: usize>(
     Ok(whole)
 }
 
-/// Cells along each axis.
 pub(super) fn cells_of<const D: usize>(grid: &Grid<D>) -> Vec<u64> {
     grid.cells.iter().map(|n| *n as u64).collect()
 }

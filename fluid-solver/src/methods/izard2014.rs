@@ -38,7 +38,6 @@ pub struct Izard2014 {
 
 impl Izard2014 {
     /// For the grains of a scene in a fluid of density `density`, kg/m³.
-    #[must_use]
     pub fn new(scene: &CheckedScene, density: f64) -> Self {
         let free = scene_grains::freedoms(scene);
         Self { density, forces: vec![Wrench::default(); free.len()], outside: vec![0.0; free.len()], free }
@@ -56,8 +55,8 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
         }
         let Grains { immersed, model, memory, .. } = grains;
         let (grid, state) = fluid.parts_mut();
-        self.forces.copy_from_slice(immersed.forces(grid, model, &memory.motions, &state.velocity, None));
-        immersed.impose_direct(grid, model, &memory.motions, &mut state.velocity);
+        self.forces.copy_from_slice(immersed.forces((grid, model, &memory.motions), &state.velocity, None));
+        immersed.impose_direct((grid, model, &memory.motions), &mut state.velocity);
         fluid.project();
     }
 

@@ -411,16 +411,7 @@ impl GrainLoads {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape {
-        radius: 1.0,
-        mask_radius: 1.0,
-        wave: 1.0,
-        patches: Vec::new(),
-        outline: None,
-        density: 4.0,
-        volume: 3.0,
-        gyration: 0.4,
-    };
+    const SHAPE: Shape = Shape::round(1.0, 4.0, 3.0, 0.4);
 
     const RULE: LoadsRule =
         LoadsRule { virtual_mass: 0.5, gravity: [0.0, 0.0, -2.0], density: 1.0, dimensions: 3 };

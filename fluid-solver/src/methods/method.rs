@@ -27,7 +27,6 @@ impl Method {
     ///
     /// Only `calibrated` can repeat a window: its force acts on the prediction, and is known again where the
     /// window began.
-    #[must_use]
     pub fn schemes(self) -> &'static [Scheme] {
         match self {
             Self::Calibrated => &[Scheme::SemiImplicit, Scheme::Iterated],

@@ -22,13 +22,14 @@ pub(super) struct BlockColumns {
     /// Blocks of each rank.
     slabs: Vec<Range<usize>>,
     periodic: bool,
-    ranks: Ranks,
+    /// The ranks that share the columns.
+    pub(super) ranks: Ranks,
 }
 
 /// Working memory of one thread.
 #[derive(Default)]
 pub(super) struct Memory {
-    rows: Vec<Row<BLOCK>>,
+    pub(super) rows: Vec<Row<BLOCK>>,
     edges: Vec<Edge>,
     between: Vec<Between>,
     beside: Vec<Beside>,
@@ -73,7 +74,7 @@ const BESIDE: usize = 2 * GROUP;
 impl BlockColumns {
     /// `first`: plane of the first unknown.
     pub(super) fn new(sweep: Sweep, division: &Division, first: usize, periodic: bool) -> Self {
-        let cuts = division.cuts();
+        let cuts = &division.cuts;
         let unknown = |plane: usize| plane.max(first) - first;
         let place = |plane: usize| cuts.iter().position(|cut| *cut == plane).expect("slabs are whole blocks");
         let ranks = division.ranks().clone();
@@ -86,11 +87,6 @@ impl BlockColumns {
             periodic,
             ranks,
         }
-    }
-
-    /// The ranks that share the columns.
-    pub(super) fn ranks(&self) -> &Ranks {
-        &self.ranks
     }
 
     /// Blocks of this rank.
@@ -116,8 +112,8 @@ impl BlockColumns {
         }
     }
 
-    /// Eliminates the own blocks of a group; `planes` are the own ones.
-    fn eliminate(
+    /// Eliminates the own blocks of a group, the first pass of a rank; `planes` are the own ones.
+    pub(super) fn eliminate(
         &self,
         modes: &Modes<'_>,
         planes: &[&mut [f64]],
@@ -161,17 +157,6 @@ impl BlockColumns {
         self.eliminate(modes, planes, rows, edges);
         dispatch(Reduce { edges, between, beside, periodic: self.periodic, singular: modes.singular });
         self.substitute(modes, rows, beside, planes);
-    }
-
-    /// First pass of a rank: the edges of a group.
-    pub(super) fn edges(
-        &self,
-        modes: &Modes<'_>,
-        planes: &[&mut [f64]],
-        memory: &mut Memory,
-        out: &mut [f64],
-    ) {
-        self.eliminate(modes, planes, &mut memory.rows, bytemuck::cast_slice_mut(out));
     }
 
     /// Last pass of a rank, with what stands beside its blocks.

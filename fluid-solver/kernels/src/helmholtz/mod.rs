@@ -11,7 +11,6 @@ mod block_columns;
 mod block_sweep;
 mod blocks;
 mod edges;
-mod last_axis;
 mod plane;
 mod plane_columns;
 mod reduced;
@@ -47,22 +46,21 @@ impl<const D: usize> Helmholtz<D> {
         Self { layout }
     }
 
-    /// Solves `(σ − c ∇²) x = rhs` and writes `x` to the unknowns of `out`.
+    /// Solves `(σ − c ∇²) x = rhs`, `operator` being σ and c, and writes `x` to the unknowns of `out`.
     ///
     /// `rhs` is used as working memory. For pressure, σ = 0 and c = −1: the constant is fixed by a
     /// zero mean, and a right-hand side without zero mean is taken without its mean.
     pub fn solve(
         &mut self,
         grid: &Grid<D>,
-        sigma: f64,
-        c: f64,
+        operator: [f64; 2],
         rhs: &mut [f64],
         out: &mut [f64],
         write: Write,
     ) {
         match &mut self.layout {
-            Layout::Plane(plane) => plane.solve(grid, [sigma, c], rhs, out, write),
-            Layout::Space(space) => space.solve([sigma, c], rhs, out, write),
+            Layout::Plane(plane) => plane.solve(grid, operator, rhs, out, write),
+            Layout::Space(space) => space.solve(operator, rhs, out, write),
         }
     }
 }

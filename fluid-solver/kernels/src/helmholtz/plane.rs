@@ -42,7 +42,6 @@ struct Memory {
 }
 
 impl Plane {
-    /// Plans the solver.
     pub(super) fn new<const D: usize>(grid: &Grid<D>, unknown: Unknown) -> Self {
         // Lines along axis 1 need no transposition: sweep axis 0 unless axis 1 has to be swept.
         let along = match grid.swept_axis() {
@@ -69,7 +68,7 @@ impl Plane {
             modes: vec![ZERO; modes],
             memory: Pool::new(|| Memory {
                 along: transform.scratch(),
-                across: columns.scratch(),
+                across: columns.across.scratch(),
                 columns: vec![ZERO; 2 * high + 1],
                 lines: vec![ZERO; places.next_multiple_of(8) + 1],
             }),
@@ -220,13 +219,13 @@ impl Plane {
         for_chunks(&mut out[..end], 8 * stride, |b, field| {
             self.memory.with(|m| {
                 let line = &mut aligned(&mut m.lines)[..places];
-                if in_lines {
-                    let from = &solved[b * self.block()..][..places];
-                    self.transform.load(Direction::Inverse, Rows::of(from), &mut m.along);
+                let from = if in_lines {
+                    &solved[b * self.block()..][..places]
                 } else {
                     self.collect(solved, b, line);
-                    self.transform.load(Direction::Inverse, Rows::of(line), &mut m.along);
-                }
+                    &*line
+                };
+                self.transform.load(Direction::Inverse, Rows::of(from), &mut m.along);
                 self.transform.store(Direction::Inverse, RowsMut::of(line), &mut m.along);
                 let height = (self.count - 8 * b).min(8);
                 dispatch(StoreRows { from: line, field, stride, height, write });

@@ -1,8 +1,8 @@
 //! The last axis of a separable solve: eight modes at once, by a sweep or by one more transform.
 
-use super::last_axis::LastAxis;
 use super::tiles::{Eliminate, Gather, Scatter, Substitute, Tiles, remove_mean};
-use crate::lanes::{Kernel, Lanes, dispatch};
+use super::unknown::LastAxis;
+use crate::lanes::{Kernel, Lanes, ZERO, dispatch};
 use crate::threads::for_chunks;
 use crate::transform::Scratch;
 use crate::tridiagonal::Sweep;
@@ -19,7 +19,7 @@ struct Factors {
 
 /// All columns of a solve: column `q` holds eight modes of the other axes.
 pub(super) struct PlaneColumns {
-    across: LastAxis,
+    pub(super) across: LastAxis,
     lambda: Vec<Lanes>,
     scale: f64,
     factors: Vec<Factors>,
@@ -33,25 +33,8 @@ impl PlaneColumns {
         Self { across, lambda, scale, factors: Vec::new(), next: 0 }
     }
 
-    /// Unknowns along a column.
-    pub(super) fn len(&self) -> usize {
-        match &self.across {
-            LastAxis::Sweep(sweep) => sweep.len(),
-            LastAxis::Transform(transform, _) => transform.values(),
-        }
-    }
-
-    /// Number of columns.
     pub(super) fn count(&self) -> usize {
         self.lambda.len()
-    }
-
-    /// Working memory for the transform across, if there is one.
-    pub(super) fn scratch(&self) -> Scratch {
-        match &self.across {
-            LastAxis::Sweep(_) => Scratch::default(),
-            LastAxis::Transform(transform, _) => transform.scratch(),
-        }
     }
 
     /// Makes sure the pivots of `σ − c L` are at hand and returns their number for [`Self::solve`].
@@ -61,14 +44,14 @@ impl PlaneColumns {
             return at;
         }
         if self.factors.len() < KEPT {
-            let values = vec![[0.0; 8]; self.count() * self.len()];
+            let values = vec![[0.0; 8]; self.count() * self.across.len()];
             self.factors.push(Factors { operator, values });
             self.next = self.factors.len() - 1;
         }
         let at = self.next;
         self.next = (at + 1) % KEPT;
         let mut values = std::mem::take(&mut self.factors[at].values);
-        for_chunks(&mut values, self.len(), |q, column| {
+        for_chunks(&mut values, self.across.len(), |q, column| {
             self.factor_column(q, operator, column);
         });
         self.factors[at] = Factors { operator, values };
@@ -77,20 +60,19 @@ impl PlaneColumns {
 
     /// Computes the pivots of column `q`.
     fn factor_column(&self, q: usize, [sigma, c]: [f64; 2], values: &mut [Lanes]) {
-        let lambda = &self.lambda[q];
-        let singular = (q == 0 && sigma == 0.0 && lambda[0] == 0.0).then_some(0);
+        let (lambda, singular) = (&self.lambda[q], self.singular(q, sigma));
         match &self.across {
             LastAxis::Sweep(sweep) => {
                 dispatch(Factor { sweep, operator: [sigma, c], lambda, singular, pivots: values });
             }
             LastAxis::Transform(transform, width2) => {
-                let (kind, cells) = (transform.kind(), transform.cells());
+                let (kind, cells) = (transform.kind, transform.cells);
                 let scale = self.scale * kind.scale(cells);
                 for (k, value) in values.iter_mut().enumerate() {
                     let own = kind.eigenvalue(k, cells) / width2;
                     *value = lambda.map(|l| scale / (sigma - c * (own + l)));
-                    if let (Some(lane), 0) = (singular, k) {
-                        value[lane] = 0.0;
+                    if singular && k == 0 {
+                        value[0] = 0.0;
                     }
                 }
             }
@@ -108,7 +90,7 @@ impl PlaneColumns {
         columns: &mut [Lanes],
         scratch: &mut Scratch,
     ) {
-        let n = self.len().next_multiple_of(8);
+        let n = self.across.len().next_multiple_of(8);
         let (a, b) = columns[..2 * n].split_at_mut(n);
         let tiles = [8 * q, 8 * q + 8].map(|first| Tiles { first, apart });
         let [_, c] = self.factors[at].operator;
@@ -127,7 +109,7 @@ impl PlaneColumns {
             LastAxis::Transform(transform, _) => {
                 for (k, column) in [a, b].into_iter().enumerate().take(1 + usize::from(pair)) {
                     dispatch(Gather { lines, tiles: tiles[k], column: &mut *column });
-                    let x = &mut column[..self.len()];
+                    let x = &mut column[..self.across.len()];
                     transform.forward(x, scratch);
                     for (x, value) in x.iter_mut().zip(self.pivots(q + k, at)) {
                         for l in 0..8 {
@@ -150,7 +132,7 @@ impl PlaneColumns {
         places: [usize; 2],
         apart: usize,
     ) {
-        let n = self.len().next_multiple_of(8);
+        let n = self.across.len().next_multiple_of(8);
         let (a, b) = columns[..2 * n].split_at(n);
         let tiles = places.map(|first| Tiles { first, apart });
         let ([first, _], c) = (tiles, self.factors[at].operator[1]);
@@ -164,7 +146,7 @@ impl PlaneColumns {
                     let (pivots, tiles) = ([self.pivots(q, at)], [tiles[0]]);
                     dispatch(Substitute { sweep, c, pivots, columns: [a], lines: &mut *lines, tiles });
                 }
-                if self.singular(q, at) {
+                if self.singular(q, self.factors[at].operator[0]) {
                     remove_mean(sweep, lines, first);
                 }
             }
@@ -176,30 +158,43 @@ impl PlaneColumns {
         }
     }
 
-    /// Whether column `q` holds a mode that is solved up to a constant.
-    fn singular(&self, q: usize, at: usize) -> bool {
-        q == 0 && self.factors[at].operator[0] == 0.0 && self.lambda[0][0] == 0.0
+    /// Whether the first mode of column `q` is solved up to a constant.
+    fn singular(&self, q: usize, sigma: f64) -> bool {
+        q == 0 && sigma == 0.0 && self.lambda[0][0] == 0.0
     }
 
     /// Pivots, or inverse eigenvalues, of column `q`.
     fn pivots(&self, q: usize, at: usize) -> &[Lanes] {
-        &self.factors[at].values[q * self.len()..(q + 1) * self.len()]
+        &self.factors[at].values[q * self.across.len()..(q + 1) * self.across.len()]
     }
 }
 
-/// [`Sweep::pivots`].
+/// Inverse pivots for eight eigenvalues. Where the first mode is `singular` it gets a zero pivot at the last
+/// true unknown: its system is solved up to a constant, with the last value zero.
 struct Factor<'a> {
     sweep: &'a Sweep,
     operator: [f64; 2],
     lambda: &'a Lanes,
-    singular: Option<usize>,
+    singular: bool,
     pivots: &'a mut [Lanes],
 }
 
 impl Kernel for Factor<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let [sigma, c] = self.operator;
-        self.sweep.pivots(sigma, c, self.lambda, self.singular, self.pivots);
+        let Self { sweep, operator: [sigma, c], lambda, singular, pivots } = self;
+        let mut previous = ZERO;
+        for (i, pivot) in pivots[..sweep.len()].iter_mut().enumerate() {
+            // Eliminated product of the off-diagonals, (−c l_i)(−c u_{i−1}).
+            let off = if i == 0 { 0.0 } else { c * c * sweep.lower[i] * sweep.upper[i - 1] };
+            for l in 0..8 {
+                let d = sigma - c * (sweep.diagonal[i] + lambda[l]);
+                pivot[l] = 1.0 / (d - off * previous[l]);
+            }
+            if singular && i == sweep.last {
+                pivot[0] = 0.0;
+            }
+            previous = *pivot;
+        }
     }
 }

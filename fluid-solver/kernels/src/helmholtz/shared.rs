@@ -5,6 +5,7 @@ use super::block_sweep::GROUP;
 use super::edges::Sent;
 use super::space_columns::{Memory, Solve, SpaceColumns, mean};
 use crate::threads::share;
+use pulp::bytemuck;
 use std::ops::Range;
 
 /// The lines of modes that rank `rank` of `size` owns, of `lines`.
@@ -64,12 +65,13 @@ impl SpaceColumns {
 
     /// First pass: the edges of all modes, line after line.
     fn edges(&self, blocks: &BlockColumns, shares: &mut [Solve<'_, '_>], lines: usize) -> Vec<f64> {
-        let [size, _] = blocks.sizes_of(blocks.ranks().rank());
+        let [size, _] = blocks.sizes_of(blocks.ranks.rank());
         let mut edges = vec![0.0; lines * self.groups() * size];
         for_shares(shares, &mut edges, self.groups() * size, |share, out| {
             self.for_groups(share, |group, modes, share| {
                 let Solve { planes, memory, .. } = share;
-                blocks.edges(modes, planes, &mut memory.blocks, &mut out[group * size..][..size]);
+                let edges = bytemuck::cast_slice_mut(&mut out[group * size..][..size]);
+                blocks.eliminate(modes, planes, &mut memory.blocks.rows, edges);
             });
         });
         edges
@@ -84,7 +86,7 @@ impl SpaceColumns {
         edges: &[Vec<f64>],
         memory: &mut Memory,
     ) -> Vec<Vec<f64>> {
-        let ranks = 0..blocks.ranks().size();
+        let ranks = 0..blocks.ranks.size();
         let room = |rank| vec![0.0; lines.len() * self.groups() * blocks.sizes_of(rank)[1]];
         let mut beside: Vec<Vec<f64>> = ranks.map(room).collect();
         for group in 0..lines.len() * self.groups() {
@@ -104,7 +106,7 @@ impl SpaceColumns {
         edges: &[f64],
         memory: &mut Memory,
     ) -> Vec<f64> {
-        let ranks = blocks.ranks();
+        let ranks = &blocks.ranks;
         let (me, size) = (ranks.rank(), ranks.size());
         let mine = owned(lines, me, size);
         let [edge, beside] = blocks.sizes_of(me).map(|numbers| numbers * self.groups());
@@ -151,7 +153,7 @@ impl SpaceColumns {
         let operator = shares[0].operator;
         let edges = self.edges(blocks, shares, lines);
         let mut beside = self.exchange(blocks, operator, lines, &edges, shares[0].memory);
-        let [_, size] = blocks.sizes_of(blocks.ranks().rank());
+        let [_, size] = blocks.sizes_of(blocks.ranks.rank());
         for_shares(shares, &mut beside, self.groups() * size, |share, beside| {
             self.for_groups(share, |group, modes, share| {
                 let Solve { planes, memory, .. } = share;
@@ -161,9 +163,9 @@ impl SpaceColumns {
         });
         if operator[0] == 0.0 && self.lambda([0, 0])[0] == 0.0 {
             let own: Vec<f64> = shares[0].planes.iter().map(|plane| plane[0]).collect();
-            let all = blocks.ranks().gather(&own).concat();
+            let all = blocks.ranks.gather(&own).concat();
             let mut mean = [if all.is_empty() { 0.0 } else { mean(&blocks.sweep, all.iter()) }];
-            blocks.ranks().spread(&mut mean);
+            blocks.ranks.spread(&mut mean);
             shares[0].planes.iter_mut().for_each(|plane| plane[0] -= mean[0]);
         }
     }

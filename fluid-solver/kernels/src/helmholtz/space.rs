@@ -40,7 +40,7 @@ impl Space {
         let transforms: [Transform; 2] =
             std::array::from_fn(|a| Transform::new(unknown.kind(grid, a), grid.cells[a]));
         let lambda = [0, 1].map(|a| unknown.eigenvalues(grid, a));
-        let scale = transforms[0].kind().scale(grid.cells[0]) * transforms[1].kind().scale(grid.cells[1]);
+        let scale = transforms[0].kind.scale(grid.cells[0]) * transforms[1].kind.scale(grid.cells[1]);
         let mut origin = [-1; D];
         origin[0] = 0;
         let mut space = Self {
@@ -54,7 +54,7 @@ impl Space {
             memory: Vec::new(),
         };
         let threads = rayon::current_num_threads();
-        space.parts.reserve(threads * space.columns.len());
+        space.parts.reserve(threads * space.columns.across.len());
         space.memory = (0..threads).map(|_| space.new_memory()).collect();
         space
     }
@@ -92,7 +92,6 @@ impl Space {
         first + own.start * self.plane..first + own.end * self.plane
     }
 
-    /// Transforms all planes.
     fn transform(&mut self, planes: &mut [f64], direction: Direction) {
         let mut memory = std::mem::take(&mut self.memory);
         for plane in planes.chunks_exact_mut(self.plane) {

@@ -1,10 +1,10 @@
-//! PlaneColumns along the last axis of a grid in space: four blocks of eight modes side by side.
+//! Columns along the last axis of a grid in space: four blocks of eight modes side by side.
 //! Inverse eigenvalues are computed on the way, as the pivots of a sweep are.
 
 use super::block_columns::{self, BlockColumns, Modes};
 use super::block_sweep::{Eliminate, GROUP, Group, Substitute, WHOLE};
 use super::blocks::{SIDE, store};
-use super::last_axis::LastAxis;
+use super::unknown::LastAxis;
 use crate::lanes::{Kernel, Lanes, ZERO, aligned, dispatch, load};
 use crate::transform::{Scratch, Write};
 use crate::tridiagonal::Sweep;
@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// All columns of a solve.
 pub(super) struct SpaceColumns {
-    across: LastAxis,
+    pub(super) across: LastAxis,
     /// Where the last axis is cut into blocks.
     blocks: Option<BlockColumns>,
     /// Eigenvalues along axis 0, in blocks of eight, padded to whole groups, and along axis 1.
@@ -57,29 +57,21 @@ impl SpaceColumns {
         x.resize(modes.next_multiple_of(8 * SIDE), -1.0);
         let (mut own, mut scale) = (Vec::new(), scale);
         if let LastAxis::Transform(transform, width2) = &across {
-            let (kind, cells) = (transform.kind(), transform.cells());
+            let (kind, cells) = (transform.kind, transform.cells);
             own = (0..transform.values()).map(|k| kind.eigenvalue(k, cells) / width2).collect();
             scale *= kind.scale(cells);
         }
         Self { across, blocks, lambda: [x, y], own, modes, scale }
     }
 
-    /// Unknowns along a column.
-    pub(super) fn len(&self) -> usize {
-        match &self.across {
-            LastAxis::Sweep(sweep) => sweep.len(),
-            LastAxis::Transform(transform, _) => transform.values(),
-        }
-    }
-
     /// Unknowns along a column that this process works on.
     pub(super) fn own(&self) -> Range<usize> {
-        self.blocks.as_ref().map_or(0..self.len(), BlockColumns::own_unknowns)
+        self.blocks.as_ref().map_or(0..self.across.len(), BlockColumns::own_unknowns)
     }
 
     /// The blocks, if several ranks share them.
     pub(super) fn shared(&self) -> Option<&BlockColumns> {
-        self.blocks.as_ref().filter(|blocks| !blocks.ranks().is_alone())
+        self.blocks.as_ref().filter(|blocks| !blocks.ranks.is_alone())
     }
 
     /// Working memory for one thread.
@@ -87,11 +79,9 @@ impl SpaceColumns {
         if let Some(blocks) = &self.blocks {
             return Memory { blocks: blocks.memory(), ..Memory::default() };
         }
-        let (each, scratch) = match &self.across {
-            LastAxis::Sweep(_) => (WHOLE, Scratch::default()),
-            LastAxis::Transform(transform, _) => (1, transform.scratch()),
-        };
-        Memory { columns: vec![ZERO; each * SIDE * self.len() + 1], scratch, ..Memory::default() }
+        let each = if matches!(self.across, LastAxis::Sweep(_)) { WHOLE } else { 1 };
+        let columns = vec![ZERO; each * SIDE * self.across.len() + 1];
+        Memory { columns, scratch: self.across.scratch(), ..Memory::default() }
     }
 
     /// Solves `(σ − c (L + λ)) x = b` in place.
@@ -122,7 +112,7 @@ impl SpaceColumns {
         planes: &mut [&mut [f64]],
         memory: &mut Memory,
     ) {
-        let n = self.len();
+        let n = self.across.len();
         let width = (self.modes - i).min(8 * SIDE);
         let at = at + i..at + i + width;
         let lambda = self.lambda([i, j]);

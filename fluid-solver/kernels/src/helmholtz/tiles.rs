@@ -74,8 +74,8 @@ impl Kernel for Scatter<'_> {
     }
 }
 
-/// Elimination on `K` columns taken from their tiles, with the pivots of [`Sweep::pivots`]. Two columns side
-/// by side hide half of the wait for the value before.
+/// Elimination on `K` columns taken from their tiles, with inverse pivots (see [`super::plane_columns`]). Two
+/// columns side by side hide half of the wait for the value before.
 pub(super) struct Eliminate<'a, const K: usize> {
     pub(super) sweep: &'a Sweep,
     pub(super) c: f64,

@@ -1,11 +1,43 @@
 //! What a direct solver solves for.
 
 use super::block_columns::BlockColumns;
-use super::last_axis::LastAxis;
 use crate::grid::Grid;
 use crate::stencil::Stencil;
-use crate::transform::{Kind, Transform};
+use crate::transform::{Kind, Scratch, Transform};
 use crate::tridiagonal::Sweep;
+
+/// How the last axis of a separable solve is treated.
+pub(super) enum LastAxis {
+    /// Tridiagonal sweep: stretched, radial or walled axis.
+    Sweep(Sweep),
+    /// Transform, division by the eigenvalue, transform back; with the width squared, m².
+    Transform(Box<Transform>, f64),
+}
+
+impl LastAxis {
+    /// With `before` idle unknowns in front, see [`Sweep::padded`]; a transform needs none.
+    pub(super) fn padded(self, before: usize) -> Self {
+        match self {
+            Self::Sweep(sweep) => Self::Sweep(sweep.padded(before)),
+            other => other,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Sweep(sweep) => sweep.len(),
+            Self::Transform(transform, _) => transform.values(),
+        }
+    }
+
+    /// Working memory for the transform, if there is one.
+    pub(super) fn scratch(&self) -> Scratch {
+        match self {
+            Self::Sweep(_) => Scratch::default(),
+            Self::Transform(transform, _) => transform.scratch(),
+        }
+    }
+}
 
 /// What is solved for: it decides positions and wall conditions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +53,8 @@ impl Unknown {
     pub(super) fn kind<const D: usize>(self, grid: &Grid<D>, axis: usize) -> Kind {
         match self {
             Self::Component(d) => Kind::of_component(grid, d, axis),
-            Self::Pressure => Kind::of_pressure(grid, axis),
+            Self::Pressure if grid.periodic(axis) => Kind::Periodic,
+            Self::Pressure => Kind::EvenEven,
         }
     }
 
@@ -70,7 +103,7 @@ impl Unknown {
 
     /// How the last axis of the solve, `axis`, is treated.
     pub(super) fn across<const D: usize>(self, grid: &Grid<D>, axis: usize) -> LastAxis {
-        if grid.periodic(axis) && grid.division.cuts().is_empty() {
+        if grid.periodic(axis) && grid.division.cuts.is_empty() {
             let width = grid.axes[axis].length() / grid.cells[axis] as f64;
             let transform = Transform::new(self.kind(grid, axis), grid.cells[axis]);
             LastAxis::Transform(Box::new(transform), width * width)
@@ -85,7 +118,7 @@ impl Unknown {
         let columns = || {
             BlockColumns::new(self.sweep(grid, axis), division, self.first(grid, axis), grid.periodic(axis))
         };
-        (!division.cuts().is_empty()).then(columns)
+        (!division.cuts.is_empty()).then(columns)
     }
 
     /// Eigenvalues along a transformed axis, 1/m².

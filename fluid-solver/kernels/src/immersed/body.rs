@@ -27,6 +27,22 @@ pub struct Shape {
     pub gyration: f64,
 }
 
+impl Shape {
+    /// A round grain whose mask has its radius.
+    pub const fn round(radius: f64, density: f64, volume: f64, gyration: f64) -> Self {
+        Self {
+            radius,
+            outline: None,
+            mask_radius: radius,
+            wave: 1.0,
+            patches: Vec::new(),
+            density,
+            volume,
+            gyration,
+        }
+    }
+}
+
 /// Where a mask is open to what flows along the surface, before what is near: no force stays there in cells
 /// that two masks seal (docs/equations-immersed.md, section 3).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,11 +15,11 @@
 //! ```
 //! At walls the sum lacks what y loses to their friction.
 
-use super::Immersed;
 use super::component::{Placed, Rule};
 use super::layer_sums::{bits_of, words};
 use super::mask_model::MaskModel;
 use super::transport::wrap;
+use super::{Immersed, Where};
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::immersed::body::{Motion, Shape};
@@ -139,9 +139,7 @@ impl<const D: usize> Brinkman<D> {
     pub fn respond(
         &mut self,
         immersed: &mut Immersed<D>,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
+        (grid, model, motions): Where<'_, D>,
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
         room: &mut [Vec<f64>; FIELDS],
     ) {
@@ -159,11 +157,11 @@ impl<const D: usize> Brinkman<D> {
             let fields = [&mut velocity[d][..], &mut lambda[d][..], &mut q[..], &mut right[..]];
             component.change(placed, workspaces, fields, &rule);
             let beside = BESIDE.min(sweeps - 1) as usize;
-            let bits = component.forced_mut();
+            let bits = &mut component.forced;
             let each = bits.len() / grid.cells[D - 1];
             let bits: &mut [f64] = pulp::bytemuck::cast_slice_mut(bits);
             Ghosts::packed(grid, each).fetch(beside + 1, &mut [(bits, Side::Both)]);
-            self.find(grid, component.forced(), beside);
+            self.find(grid, &component.forced, beside);
             // The planes beside the own ones.
             room[2..].iter_mut().for_each(|iterate| self.ghosts.forget(iterate));
             self.solve(grid, d, half, radius, sweeps, room);
@@ -205,13 +203,11 @@ impl<const D: usize> Brinkman<D> {
                 1 => 1.0 / (1.0 - 0.5 * radius * radius),
                 _ => 1.0 / (1.0 - 0.25 * radius * radius * factor),
             };
-            let sweep = Sweep {
-                rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[0] },
-                now,
-                given: [q, right],
-                factor,
-            };
-            by_layers(grid, [&mut *next], |first, [next]| dispatch(SweepLayer { sweep, first, next }));
+            let rows = Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[0] };
+            let (from, given) = (&now[..], [&q[..], &right[..]]);
+            by_layers(grid, [&mut *next], |first, [next]| {
+                dispatch(SweepLayer { rows, now: from, given, factor, first, next });
+            });
             if grid.periodic(0) {
                 close(grid, next);
             }
@@ -230,14 +226,9 @@ impl<const D: usize> Brinkman<D> {
         [velocity, lambda]: [&mut [f64]; 2],
         [ratio, _, now, _]: &[Vec<f64>; FIELDS],
     ) {
-        let take = Take {
-            rows: Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[1] },
-            now,
-            ratio,
-            rate: 1.0 / dt,
-        };
+        let rows = Rows { grid, d, half, stencils: &self.stencils[d], near: &self.near[1] };
         by_layers(grid, [velocity, lambda], |first, fields| {
-            dispatch(TakeLayer { take, first, fields });
+            dispatch(TakeLayer { rows, now, ratio, rate: 1.0 / dt, first, fields });
         });
     }
 
@@ -446,17 +437,12 @@ impl Run<'_> {
 }
 
 /// One sweep: `next` ← next + factor ((right + ½ ν dt Σ weights × now)/(1 + q + …) − next).
-#[derive(Clone, Copy)]
-struct Sweep<'a, const D: usize> {
+struct SweepLayer<'a, const D: usize> {
     rows: Rows<'a, D>,
     now: &'a [f64],
     given: [&'a [f64]; 2],
     factor: f64,
-}
-
-struct SweepLayer<'a, const D: usize> {
-    sweep: Sweep<'a, D>,
-    /// Its first row.
+    /// First row of the layer.
     first: usize,
     next: &'a mut [f64],
 }
@@ -464,7 +450,7 @@ struct SweepLayer<'a, const D: usize> {
 impl<const D: usize> Kernel for SweepLayer<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Self { sweep: Sweep { rows, now, given: [ratio, right], factor }, first, next } = self;
+        let Self { rows, now, given: [ratio, right], factor, first, next } = self;
         let grid = rows.grid;
         let origin = grid.row(first);
         for row in first..first + grid.rows() / grid.cells[D - 1] {
@@ -483,17 +469,12 @@ impl<const D: usize> Kernel for SweepLayer<'_, D> {
 }
 
 /// Velocity and force with y.
-#[derive(Clone, Copy)]
-struct Take<'a, const D: usize> {
+struct TakeLayer<'a, const D: usize> {
     rows: Rows<'a, D>,
     now: &'a [f64],
     ratio: &'a [f64],
     /// 1/dt.
     rate: f64,
-}
-
-struct TakeLayer<'a, const D: usize> {
-    take: Take<'a, D>,
     first: usize,
     fields: [&'a mut [f64]; 2],
 }
@@ -501,7 +482,7 @@ struct TakeLayer<'a, const D: usize> {
 impl<const D: usize> Kernel for TakeLayer<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Self { take: Take { rows, now, ratio, rate }, first, fields: [velocity, lambda] } = self;
+        let Self { rows, now, ratio, rate, first, fields: [velocity, lambda] } = self;
         let grid = rows.grid;
         let origin = grid.row(first);
         for row in first..first + grid.rows() / grid.cells[D - 1] {

@@ -3,7 +3,9 @@
 //! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
-use super::body::{Motion, Patch, Shape, Turned, along_axes};
+use super::body::{Patch, Turned, along_axes};
+use super::component::Placed;
+use super::layer::Layer;
 use super::mask_model::MaskModel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
@@ -22,11 +24,11 @@ pub(crate) struct GrainsByLayer<const D: usize> {
     pub(super) nodes: Nodes<D>,
     pub(super) extents: Vec<Extent<D>>,
     /// Outlines of the bodies that are not round, as they are turned.
-    turned: Vec<Option<Turned>>,
+    pub(super) turned: Vec<Option<Turned>>,
     /// Where grains have come to rest on something.
-    patches: Vec<Vec<Patch>>,
+    pub(super) patches: Vec<Vec<Patch>>,
     /// For each grain, the count of placings when it was last moved.
-    stamps: Vec<u64>,
+    pub(super) stamps: Vec<u64>,
     placings: u64,
     /// Slices of layer k: `starts[k]..starts[k + 1]`, in the order of the grains.
     starts: Vec<usize>,
@@ -56,13 +58,8 @@ impl<const D: usize> GrainsByLayer<D> {
     }
 
     /// Finds the layers of every grain; tells whether they are where they were.
-    pub(super) fn place(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        shapes: &[Shape],
-        motions: &[Motion],
-    ) -> bool {
+    pub(super) fn place(&mut self, placed: Placed<'_, D>) -> bool {
+        let Placed { grid, model, shapes, motions } = placed;
         let known = self.caches && self.model == Some(*model) && self.extents.len() == motions.len();
         let Self { nodes, extents, turned, patches, stamps, placings, starts, slices, .. } = self;
         if !known {
@@ -123,24 +120,8 @@ impl<const D: usize> GrainsByLayer<D> {
         false
     }
 
-    /// Slices of layer `k`.
     pub(super) fn of(&self, k: usize) -> &[Slice] {
         &self.slices[self.starts[k]..self.starts[k + 1]]
-    }
-
-    /// Outline of a grain that is not round.
-    pub(super) fn outline(&self, grain: usize) -> Option<&Turned> {
-        self.turned[grain].as_ref()
-    }
-
-    /// Where a grain has come to rest on something.
-    pub(super) fn patches(&self, grain: usize) -> &[Patch] {
-        &self.patches[grain]
-    }
-
-    /// When a grain was last moved.
-    pub(super) fn stamp(&self, grain: usize) -> u64 {
-        self.stamps[grain]
     }
 
     /// The lowest layer that a grain meets.
@@ -157,5 +138,39 @@ impl<const D: usize> GrainsByLayer<D> {
         let size = self.nodes.spacing.iter().map(|s| s[s.len() / 2]).product::<f64>();
         let volume = |e: &Extent<D>| (1.6 * e.outer).powi(D as i32);
         self.extents.iter().map(volume).sum::<f64>() / size
+    }
+}
+
+/// All grains on one set of nodes with what they cover of each layer, kept until they move where that pays.
+#[derive(Clone, Debug)]
+pub(super) struct Layers<const D: usize> {
+    pub(crate) grains: GrainsByLayer<D>,
+    /// What they hold: every layer, or room for as many as are worked on at once.
+    cache: Vec<Layer>,
+}
+
+impl<const D: usize> Layers<D> {
+    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `caches`: whether what they
+    /// hold is kept until they move.
+    pub(crate) fn new(grid: &Grid<D>, d: usize, caches: bool) -> Self {
+        Self { grains: GrainsByLayer::new(grid, d, caches), cache: Vec::new() }
+    }
+
+    /// Finds the layers of every grain.
+    pub(super) fn place(&mut self, placed: Placed<'_, D>) {
+        if !self.grains.place(placed) {
+            self.cache.iter_mut().for_each(|layer| layer.fresh = false);
+        }
+    }
+
+    /// For groups of `each` layers: the grains, what they hold, and how many entries of that belong to a
+    /// group. Entry `k % entries` is for its `k`th layer. Groups begin at the first layer of this process.
+    pub(super) fn shared(&mut self, grid: &Grid<D>, each: usize) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
+        let layers = grid.division.own().len();
+        let (entries, count) = if self.grains.caches { (each, layers) } else { (1, layers.div_ceil(each)) };
+        if self.cache.len() < count {
+            self.cache.resize_with(count, Layer::default);
+        }
+        (&self.grains, &mut self.cache[..count], entries)
     }
 }

@@ -5,12 +5,11 @@
 //! however the grains overlap.
 
 use super::body::{Motion, Shape, laboratory};
-use super::by_layer::GrainsByLayer;
+use super::by_layer::{GrainsByLayer, Layers};
 use super::layer::Layer;
 use super::layer_sums::{LayerSums, first, words};
-use super::layers::Layers;
 use super::mask_model::MaskModel;
-use super::transport::rows::Rows;
+use super::transport::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch, lanes_at, lanes_at_mut};
 use crate::threads::{Chunks, share};
@@ -86,7 +85,6 @@ impl Moments {
 /// What an integrand may depend on, a vector of cells at a time.
 #[derive(Clone, Copy)]
 pub(crate) struct Point<S: Simd, const N: usize> {
-    /// Values of the fields.
     pub(crate) fields: [Real<S>; N],
     /// Mask ratio of this grain.
     pub(crate) ratio: Real<S>,
@@ -133,8 +131,8 @@ pub struct Component<const D: usize> {
     pub(super) layers: Layers<D>,
     /// Laboratory component.
     lab: usize,
-    /// Groups of eight cells that may hold force, as in [`LayerSums`].
-    forced: Vec<u64>,
+    /// Groups of eight cells that may hold force: a bit each, layer by layer, as in [`LayerSums`].
+    pub(super) forced: Vec<u64>,
     /// Room for as many.
     pub(super) next: Vec<u64>,
     /// Result of the last integral, one entry per grain.
@@ -168,21 +166,6 @@ impl<const D: usize> Component<D> {
         }
     }
 
-    /// Groups of eight cells that may hold force: a bit each, layer by layer.
-    pub(super) fn forced(&self) -> &[u64] {
-        &self.forced
-    }
-
-    /// The same, to be changed.
-    pub(super) fn forced_mut(&mut self) -> &mut Vec<u64> {
-        &mut self.forced
-    }
-
-    /// Finds the layers of every grain.
-    pub(super) fn place(&mut self, placed: Placed<'_, D>) {
-        self.layers.place(placed.grid, placed.model, placed.shapes, placed.motions);
-    }
-
     /// Splits the layers of this process among as many workspaces as there is work for; returns layers per
     /// workspace.
     pub(super) fn split<'b>(
@@ -212,7 +195,7 @@ impl<const D: usize> Component<D> {
         fields: [&[f64]; N],
         integrand: &impl Integrand<N>,
     ) {
-        self.place(placed);
+        self.layers.place(placed);
         let (workspaces, layers_each) = self.split(placed.grid, workspaces);
         let own = placed.grid.division.own();
         let Self { layers, lab, moments, .. } = self;
@@ -249,43 +232,59 @@ impl<const D: usize> Component<D> {
         if self.moments.is_empty() {
             return;
         }
-        self.place(placed);
+        let (mut forced, lab) = (std::mem::take(&mut self.forced), self.lab);
+        let task = |share: Share<'_, N, D>| dispatch(Change { share, lab, rule });
+        self.share(placed, workspaces, &mut forced, fields, &task);
+        self.forced = forced;
+    }
+
+    /// Places the grains and calls `task` for the layers of each thread, with what it may change of `forced`
+    /// and `fields`.
+    pub(super) fn share<const N: usize>(
+        &mut self,
+        placed: Placed<'_, D>,
+        workspaces: &mut Vec<Workspace>,
+        forced: &mut [u64],
+        fields: [&mut [f64]; N],
+        task: &(dyn Fn(Share<'_, N, D>) + Sync),
+    ) {
+        self.layers.place(placed);
         let grid = placed.grid;
         let (workspaces, layers_each) = self.split(grid, workspaces);
-        let Self { layers, lab, forced, .. } = self;
-        let (grains, cache, entries) = layers.shared(grid, layers_each);
+        let (grains, cache, entries) = self.layers.shared(grid, layers_each);
         let own = grid.division.own();
-        let n = own.len();
         let (begin, size) = (first(grid, own.start), grid.stride(D - 1));
         let words_each = forced.len() / grid.cells[D - 1];
         let forced = &mut forced[own.start * words_each..own.end * words_each];
-        let fields = fields.map(|field| &mut field[begin..begin + n * size]);
+        let fields = fields.map(|field| &mut field[begin..begin + own.len() * size]);
         let count = workspaces.len();
         let parts = (
-            (&mut *workspaces, Chunks { fields: [cache], size: entries }),
+            (workspaces, Chunks { fields: [cache], size: entries }),
             (
                 Chunks { fields: [forced], size: layers_each * words_each },
                 Chunks { fields, size: layers_each * size },
             ),
         );
         share(parts, 0..count, 1, &|part, ((workspaces, cache), (forced, fields))| {
-            let ([cache], [forced]) = (cache.fields, forced.fields);
-            let (first, layer_sums) = (own.start + part.start * layers_each, &mut workspaces[0].layer_sums);
-            let (lab, fields) = (*lab, fields.fields);
-            dispatch(Change {
-                placed,
-                grains,
-                cache,
-                lab,
-                first,
-                layer_sums,
-                forced,
-                words_each,
-                fields,
-                rule,
-            });
+            let ([cache], [forced], fields) = (cache.fields, forced.fields, fields.fields);
+            let (first, workspace) = (own.start + part.start * layers_each, &mut workspaces[0]);
+            task(Share { placed, grains, cache, first, workspace, forced, words_each, fields });
         });
     }
+}
+
+/// Layers that one thread works on.
+pub(super) struct Share<'a, const N: usize, const D: usize> {
+    pub(super) placed: Placed<'a, D>,
+    pub(super) grains: &'a GrainsByLayer<D>,
+    pub(super) cache: &'a mut [Layer],
+    /// The first of them.
+    pub(super) first: usize,
+    pub(super) workspace: &'a mut Workspace,
+    /// Groups of eight cells that may hold force, as in [`LayerSums`], and words of them per layer.
+    pub(super) forced: &'a mut [u64],
+    pub(super) words_each: usize,
+    pub(super) fields: [&'a mut [f64]; N],
 }
 
 /// [`Component::integrate`] over some layers.
@@ -367,17 +366,8 @@ fn total(v: Lanes) -> f64 {
 
 /// [`Component::change`] in some layers.
 struct Change<'a, R, const N: usize, const D: usize> {
-    placed: Placed<'a, D>,
-    grains: &'a GrainsByLayer<D>,
-    cache: &'a mut [Layer],
+    share: Share<'a, N, D>,
     lab: usize,
-    /// First of its layers.
-    first: usize,
-    layer_sums: &'a mut LayerSums,
-    forced: &'a mut [u64],
-    /// Words of `forced` per layer.
-    words_each: usize,
-    fields: [&'a mut [f64]; N],
     rule: &'a R,
 }
 
@@ -385,14 +375,18 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "one index runs over several arrays")]
     fn run<S: Simd>(self, simd: S) {
-        let Placed { grid, model, motions, .. } = self.placed;
+        let Self {
+            share: Share { placed, grains, cache, first, workspace, forced, words_each, fields: out },
+            ..
+        } = self;
+        let (Placed { grid, model, motions, .. }, layer_sums) = (placed, &mut workspace.layer_sums);
         let (words, stride, size) = (words(grid), grid.stride(1), grid.stride(D - 1));
-        let entries = self.cache.len();
-        for (k, forced) in self.forced.chunks_mut(self.words_each).enumerate() {
-            let (layer_sums, layer) = (&mut *self.layer_sums, &mut self.cache[k % entries]);
-            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.room);
+        let entries = cache.len();
+        for (k, forced) in forced.chunks_mut(words_each).enumerate() {
+            let layer = &mut cache[k % entries];
+            layer.fill(grid, grains, model, first + k, &mut layer_sums.room);
             layer_sums.mark_covered(grid, layer);
-            layer_sums.gather_velocity(simd, layer, &self.grains.nodes.row.at, self.lab, motions);
+            layer_sums.gather_velocity(simd, layer, &grains.nodes.row.at, self.lab, motions);
             for (word, (forced, covered)) in forced.iter_mut().zip(&layer_sums.covered).enumerate() {
                 let mut bits = *forced | covered;
                 *forced = *covered;
@@ -406,11 +400,11 @@ impl<R: Rule<N>, const N: usize, const D: usize> lanes::Kernel for Change<'_, R,
                         let ratio = Real::of(simd, &ratio, t);
                         let mut fields = [ratio; N];
                         for f in 0..N {
-                            fields[f] = Real::of(simd, lanes_at(self.fields[f], k * size + at), t);
+                            fields[f] = Real::of(simd, lanes_at(out[f], k * size + at), t);
                         }
                         fields = self.rule.change(ratio, Real::of(simd, &target, t), fields);
                         for f in 0..N {
-                            fields[f].put(lanes_at_mut(self.fields[f], k * size + at), t);
+                            fields[f].put(lanes_at_mut(out[f], k * size + at), t);
                         }
                     }
                 }

@@ -98,7 +98,7 @@ impl Part {
     /// Whether this is of `grain` where it is placed.
     #[inline(always)]
     fn is_of<const D: usize>(&self, grains: &GrainsByLayer<D>, grain: usize) -> bool {
-        self.grain == grain && self.stamp == grains.stamp(grain)
+        self.grain == grain && self.stamp == grains.stamps[grain]
     }
 }
 
@@ -205,7 +205,7 @@ impl<const D: usize> Fill<'_, D> {
         let [spans, places] = first.map(|first| Run { first, count: 0 });
         let chord = extent.outer * extent.outer - slice.arm * slice.arm;
         let mut part =
-            Part { grain: slice.grain, arm: slice.arm, stamp: grains.stamp(slice.grain), spans, places };
+            Part { grain: slice.grain, arm: slice.arm, stamp: grains.stamps[slice.grain], spans, places };
         if chord <= 0.0 {
             self.layer.parts.push(part);
             return;
@@ -219,10 +219,10 @@ impl<const D: usize> Fill<'_, D> {
         }
         let mut sums = Sums::default();
         sums.add(slice.arm, nodes.spacing[D - 1][k]);
-        let weight = grid.turn() * grid.volumes(nodes.component(), D - 1)[k];
+        let weight = grid.turn() * grid.volumes(nodes.component, D - 1)[k];
         let places = pieces.iter().map(|piece| piece.count).sum::<usize>();
         self.cells.begin(0);
-        if let Some(outline) = grains.outline(slice.grain) {
+        if let Some(outline) = &grains.turned[slice.grain] {
             self.outlined_row(pieces, chord, outline, slice.arm, weight);
         } else if D == 2 {
             self.cells.begin(places);
@@ -238,7 +238,7 @@ impl<const D: usize> Fill<'_, D> {
                 }
                 let mut sums = sums;
                 sums.add(near.arm, nodes.spacing[1][near.index]);
-                let weight = weight * grid.volumes(nodes.component(), 1)[near.index];
+                let weight = weight * grid.volumes(nodes.component, 1)[near.index];
                 self.row(
                     simd,
                     pieces,
@@ -279,15 +279,13 @@ impl<const D: usize> Fill<'_, D> {
             law.row(simd, profile, window, &sums, (&mut *self.cells, &mut self.layer.ratios));
         }
     }
-}
 
-impl<const D: usize> Fill<'_, D> {
     /// Opens the mask of the grain of `slice` in its patches, in spans and places from `first` on: to what
     /// flows along the surface there. At cell centres nothing flows.
     #[inline(always)]
     fn open_mask(&mut self, slice: &Slice, first: [usize; 2]) {
         let Self { grains, grid, layer, .. } = self;
-        let (patches, component) = (grains.patches(slice.grain), grains.nodes.component());
+        let (patches, component) = (&grains.patches[slice.grain], grains.nodes.component);
         if patches.is_empty() || component == D {
             return;
         }
@@ -350,7 +348,6 @@ impl Span {
     /// Rigid velocity of component `c` along the row, as a line: at the origin of axis 0, and per metre.
     #[inline(always)]
     pub(crate) fn velocity(&self, motion: &Motion, c: usize, arm: f64) -> [f64; 2] {
-        let slope = motion.slope(c, 0);
-        [motion.velocity_at(c, [self.shift, self.middle, arm]), slope]
+        [motion.velocity_at(c, [self.shift, self.middle, arm]), motion.slope(c, 0)]
     }
 }

@@ -1,9 +1,9 @@
 //! Sums over the grains of one layer of nodes.
 
-use super::body::{Motion, Shape};
+use super::body::Motion;
+use super::by_layer::Layers;
+use super::component::Placed;
 use super::layer::{Layer, Room, Span};
-use super::layers::Layers;
-use super::mask_model::MaskModel;
 use super::nodes::Nodes;
 use crate::grid::Grid;
 use crate::lanes::ZERO;
@@ -15,8 +15,8 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub struct LayerSums {
     pub(super) room: Room,
-    /// Sums of mask ratios over all grains.
-    pub(super) totals: Vec<f64>,
+    /// Sums of mask ratios over all grains, one entry per place of the layer.
+    pub totals: Vec<f64>,
     /// Sums of mask ratios times velocity.
     pub(super) targets: Vec<f64>,
     /// A bit for each eight places of a row that a grain covers some of, [`words`] per row.
@@ -49,11 +49,6 @@ impl LayerSums {
             self.targets = vec![0.0; size];
             self.covered = vec![0; size / grid.stride(1) * words(grid)];
         }
-    }
-
-    /// Sums of mask ratios over all grains, one entry per place of the layer.
-    pub fn totals(&self) -> &[f64] {
-        &self.totals
     }
 
     /// Marks the groups of eight a layer that grains cover some of.
@@ -137,15 +132,13 @@ impl LayerSums {
 /// Calls `visit` with each of the `wanted` layers of the cell centres in turn, the mask ratios of all grains
 /// summed.
 pub fn for_each_layer<const D: usize>(
-    grid: &Grid<D>,
+    placed: Placed<'_, D>,
     wanted: Range<usize>,
-    model: &MaskModel,
-    shapes: &[Shape],
-    motions: &[Motion],
     mut visit: impl FnMut(usize, &LayerSums, &Layer, &Nodes<D>),
 ) {
+    let Placed { grid, model, .. } = placed;
     let mut layers = Layers::new(grid, D, false);
-    layers.place(grid, model, shapes, motions);
+    layers.place(placed);
     let (mut layer_sums, mut layer) = (LayerSums::default(), Layer::default());
     layer_sums.fit(grid);
     for k in wanted {

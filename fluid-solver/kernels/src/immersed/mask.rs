@@ -344,81 +344,57 @@ mod tests {
         }
     }
 
-    /// Mask ratio of rows of cells are those of the model, one by one, with widths equal and not; places that
-    /// the grain does not hold have none.
-    #[test]
-    fn mask_ratios_of_rows_are_those_of_the_kernel() {
-        let widths = |even: Option<f64>| even.map_or([0.11, 0.09], |h| [h; 2]);
-        for (mask, even) in
-            [(Mask::ParameterFree, None), (Mask::ParameterFree, Some(0.1)), (Mask::Izard2014, None)]
-        {
-            let model = MaskModel { mask, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.03 };
-            let [across, over] = widths(even);
-            let (radius, inner, outer) = (0.5, 0.2, 2.0);
-            let row = Row {
-                at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
-                spacing: (0..40).map(|k| even.unwrap_or(0.1 + 0.001 * f64::from(k % 7))).collect(),
-                inverse: Vec::new(),
-                volume: vec![1.0; 40],
-            };
-            let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
-            let mut profile = Profile::default();
-            let law = Law::new(&model, radius, inner, even);
-            profile.set(&law, &row, &piece, outer);
-            let (mut out, mut expected, mut cells) = (Vec::new(), Vec::new(), Cells::default());
-            cells.begin(200);
-            for (y, z) in [(0.0, 0.0), (0.1, -0.2), (0.3, 0.35), (-0.55, 0.1), (0.6, 0.6)] {
-                let mut rest = Sums::default();
-                rest.add(y, across);
-                rest.add(z, over);
-                law.row(pulp::Scalar, &profile, 0..40, &rest, (&mut cells, &mut out));
-                for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
-                    let r = [x + 0.01, y, z];
-                    let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
-                    let n = r.map(|r| r / distance);
-                    let ratio = point_mask::ratio(&model, distance - radius, &n, &[*width, across, over]);
-                    let ratio = if distance < inner { SOLID } else { ratio };
-                    expected.push(if (piece.begin..piece.end).contains(&k) { ratio } else { 0.0 });
-                }
-            }
-            law.finish(&cells, &mut out);
-            assert_eq!(out.len(), expected.len());
-            for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
-                assert!((ours - exact).abs() <= 1e-10 * exact, "{mask:?} {k}: {ours} against {exact}");
-            }
-        }
-    }
-
-    /// The mask of exact shear in a row of the plane, with widths equal and not.
-    #[test]
-    fn exact_shear_of_rows_is_that_of_single_points() {
-        let model = MaskModel { mask: Mask::ExactShear, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.03 };
-        let (radius, inner, outer, across) = (0.5, 0.2, 2.0, 0.09);
+    /// Compares the mask ratios of rows with those of single points; places that the grain does not hold have
+    /// none. `even`: the width of all cells; `arms` of each row and `widths` of cells along the other axes.
+    /// Returns the number of places between solid and none.
+    fn compare<const D: usize>(mask: Mask, even: Option<f64>, arms: &[&[f64]], widths: &[f64]) -> usize {
+        let model = MaskModel { mask, width: 0.5, wave: 1.0, viscosity: 1e-2, dt: 0.03 };
+        let (radius, inner, outer) = (0.5, 0.2, 2.0);
+        let spacing: Vec<f64> = (0..40).map(|k| even.unwrap_or(0.1 + 0.001 * f64::from(k % 7))).collect();
         let row = Row {
             at: (0..40).map(|k| -0.7 + 0.035 * f64::from(k)).collect(),
-            spacing: (0..40).map(|k| 0.1 + 0.001 * f64::from(k % 7)).collect(),
-            inverse: (0..40).map(|k| (0.1 + 0.001 * f64::from(k % 7)).powi(-2)).collect(),
+            inverse: spacing.iter().map(|h| h.powi(-2)).collect(),
             volume: vec![1.0; 40],
+            spacing,
         };
         let piece = Piece { first: 0, count: 40, begin: 3, end: 37, shift: 0.01, arm: -0.69, rate: 0.0 };
         let mut profile = Profile::default();
-        let law = Law::new(&model, radius, inner, None);
+        let law = Law::new(&model, radius, inner, even);
         profile.set(&law, &row, &piece, outer);
-        let mut felt = 0;
-        for z in [0.0, 0.1, -0.33, 0.55, 0.6] {
-            let (mut rest, mut out) = (Sums::default(), Vec::new());
-            rest.add(z, across);
-            law.row(pulp::Scalar, &profile, 0..40, &rest, (&mut Cells::default(), &mut out));
+        let (mut out, mut expected, mut cells) = (Vec::new(), Vec::new(), Cells::default());
+        cells.begin(200);
+        for arms in arms {
+            let mut rest = Sums::default();
+            arms.iter().zip(widths).for_each(|(arm, width)| rest.add(*arm, *width));
+            law.row(pulp::Scalar, &profile, 0..40, &rest, (&mut cells, &mut out));
             for (k, (x, width)) in row.at.iter().zip(&row.spacing).enumerate() {
-                let distance = (x + 0.01).hypot(z);
-                let n = [(x + 0.01) / distance, z / distance];
-                let exact = point_mask::ratio(&model, distance - radius, &n, &[*width, across]);
-                let exact = if distance < inner { SOLID } else { exact };
-                let exact = if (3..37).contains(&k) { exact } else { 0.0 };
-                felt += usize::from(exact > 0.0 && exact < SOLID);
-                assert!((out[k] - exact).abs() <= 1e-9 * exact + 1e-15, "{z} {k}: {} and {exact}", out[k]);
+                let r: [f64; D] = std::array::from_fn(|a| if a == 0 { x + 0.01 } else { arms[a - 1] });
+                let spacing: [f64; D] = std::array::from_fn(|a| if a == 0 { *width } else { widths[a - 1] });
+                let distance = r.iter().map(|r| r * r).sum::<f64>().sqrt();
+                let ratio = point_mask::ratio(&model, distance - radius, &r.map(|r| r / distance), &spacing);
+                let ratio = if distance < inner { SOLID } else { ratio };
+                expected.push(if (piece.begin..piece.end).contains(&k) { ratio } else { 0.0 });
             }
         }
+        law.finish(&cells, &mut out);
+        assert_eq!(out.len(), expected.len());
+        let tolerance = if mask == Mask::ExactShear { [1e-9, 1e-15] } else { [1e-10, 0.0] };
+        for (k, (ours, exact)) in out.iter().zip(&expected).enumerate() {
+            let close = (ours - exact).abs() <= tolerance[0] * exact + tolerance[1];
+            assert!(close, "{mask:?} {k}: {ours} against {exact}");
+        }
+        expected.iter().filter(|ratio| **ratio > 0.0 && **ratio < SOLID).count()
+    }
+
+    #[test]
+    fn mask_ratios_of_rows_are_those_of_single_points() {
+        let arms: [&[f64]; 5] = [&[0.0, 0.0], &[0.1, -0.2], &[0.3, 0.35], &[-0.55, 0.1], &[0.6, 0.6]];
+        compare::<3>(Mask::ParameterFree, None, &arms, &[0.11, 0.09]);
+        compare::<3>(Mask::ParameterFree, Some(0.1), &arms, &[0.1, 0.1]);
+        compare::<3>(Mask::Izard2014, None, &arms, &[0.11, 0.09]);
+        // In the plane.
+        let felt =
+            compare::<2>(Mask::ExactShear, None, &[&[0.0], &[0.1], &[-0.33], &[0.55], &[0.6]], &[0.09]);
         assert!(felt > 40, "{felt}");
     }
 

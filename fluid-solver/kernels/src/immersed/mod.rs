@@ -1,18 +1,14 @@
 //! Immersed grains: where they are on the grid, how they hold the fluid, what it does to them.
 //!
 //! Nothing here sweeps the whole field: work is done in the rows of cells that grains cover, layer by layer
-//! ([`layers`]), and nothing is kept of it but which cells hold force.
+//! (`by_layer`), and nothing is kept of it but which cells hold force.
 
 pub mod body;
 pub mod brinkman;
 mod by_layer;
-pub mod carried;
 pub mod component;
-pub mod direct;
-mod integrands;
 pub mod layer;
 pub mod layer_sums;
-pub mod layers;
 mod mask;
 pub mod mask_model;
 pub mod nodes;
@@ -20,16 +16,14 @@ mod piece;
 pub mod places;
 mod point_mask;
 pub mod pores;
+mod rules;
 mod transport;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use carried::{Impose, ImposeAndStoreMask, MarkForced, StoreMask};
 use component::{Component, Placed, Workspace};
-use direct::ImposeDirectly;
-use integrands::{CarriedForce, Content, DirectForce};
 use mask_model::MaskModel;
-use pores::Pores;
+use rules::{CarriedForce, Content, DirectForce, Impose, ImposeDirectly, MarkForced, StoreMask};
 use serde::{Deserialize, Serialize};
 use transport::Interpolation;
 
@@ -41,6 +35,9 @@ pub struct Wrench {
     /// Its moment about the centre.
     pub torque: [f64; 3],
 }
+
+/// A grid, the mask on it, and where the grains are.
+pub type Where<'a, const D: usize> = (&'a Grid<D>, &'a MaskModel, &'a [Motion]);
 
 /// All grains on all components of a grid.
 #[derive(Clone, Debug)]
@@ -70,82 +67,54 @@ impl<const D: usize> Immersed<D> {
         &self.shapes
     }
 
-    /// Sets the radius of every mask for grains at `motions`.
-    pub fn set_radii(&mut self, grid: &Grid<D>, model: &MaskModel, pores: &mut Pores<D>, motions: &[Motion]) {
-        pores.set_radii(grid.geometry, model, &mut self.shapes, motions);
-    }
-
-    /// The same, to set where grains have come to rest.
+    /// The same, to set their masks.
     pub fn shapes_mut(&mut self) -> &mut [Shape] {
         &mut self.shapes
     }
 
-    /// Sets the radius of the mask of one grain, m: far below zero, it has none.
-    pub fn set_mask_radius(&mut self, grain: usize, radius: f64) {
-        self.shapes[grain].mask_radius = radius;
-    }
-
-    /// Declares the cells of `motions` to be those that hold force (after a restore).
-    pub fn mark_forced(&mut self, grid: &Grid<D>, model: &MaskModel, motions: &[Motion]) {
+    /// Declares the cells of the grains to be those that hold force (after a restore).
+    pub fn mark_forced(&mut self, (grid, model, motions): Where<'_, D>) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for component in &mut self.components {
             component.change(placed, &mut self.workspaces, [], &MarkForced);
         }
     }
 
-    /// Imposes the motion and updates the carried force, `model.dt` after the last time.
+    /// Imposes the motion and updates the carried force, `dt` of the mask after the last time; leaves the
+    /// mask b of the grains in `masks`, if it is asked for.
     pub fn impose_carried(
         &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
+        (grid, model, motions): Where<'_, D>,
         [velocity, lambda]: [&mut [Vec<f64>; D]; 2],
+        mut masks: Option<&mut [Vec<f64>; D]>,
     ) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         let rule = Impose { dt: model.dt };
-        let fields = velocity.iter_mut().zip(lambda);
-        for (component, (u, lambda)) in self.components.iter_mut().zip(fields) {
-            component.change(placed, &mut self.workspaces, [u, lambda], &rule);
-        }
-    }
-
-    /// The same, and leaves the mask b of the grains.
-    pub fn impose_and_store_mask(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
-        [velocity, lambda, masks]: [&mut [Vec<f64>; D]; 3],
-    ) {
-        let placed = Placed { grid, model, shapes: &self.shapes, motions };
-        let rule = ImposeAndStoreMask(Impose { dt: model.dt });
-        let fields = velocity.iter_mut().zip(lambda).zip(masks);
-        for (component, ((u, lambda), mask)) in self.components.iter_mut().zip(fields) {
-            component.change(placed, &mut self.workspaces, [u, lambda, mask], &rule);
+        for (d, component) in self.components.iter_mut().enumerate() {
+            let (u, lambda) = (&mut velocity[d][..], &mut lambda[d][..]);
+            match &mut masks {
+                Some(masks) => {
+                    component.change(placed, &mut self.workspaces, [u, lambda, &mut masks[d]], &rule);
+                }
+                None => component.change(placed, &mut self.workspaces, [u, lambda], &rule),
+            }
         }
     }
 
     /// The mask b of the grains (after a restore).
-    pub fn store_mask(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
-        masks: &mut [Vec<f64>; D],
-    ) {
+    pub fn store_mask(&mut self, (grid, model, motions): Where<'_, D>, masks: &mut [Vec<f64>; D]) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, mask) in self.components.iter_mut().zip(masks) {
             component.change(placed, &mut self.workspaces, [mask], &StoreMask);
         }
     }
 
-    /// Takes the force λ along with the grains from `motions` to where they lead in `model.dt`; `room`, all
-    /// zero before and after, is room for it.
+    /// Takes the force λ along with the grains to where they lead in `dt` of the mask; `room`, all zero
+    /// before and after, is room for it.
     pub fn advect_force(
         &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        [motions, predicted]: [&[Motion]; 2],
+        (grid, model, motions): Where<'_, D>,
+        predicted: &[Motion],
         [lambda, masks]: [&mut [Vec<f64>; D]; 2],
         room: &mut Vec<f64>,
     ) {
@@ -159,13 +128,7 @@ impl<const D: usize> Immersed<D> {
     }
 
     /// Imposes the motion by eq. 7.
-    pub fn impose_direct(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
-        velocity: &mut [Vec<f64>; D],
-    ) {
+    pub fn impose_direct(&mut self, (grid, model, motions): Where<'_, D>, velocity: &mut [Vec<f64>; D]) {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
             component.change(placed, &mut self.workspaces, [u], &ImposeDirectly);
@@ -176,9 +139,7 @@ impl<const D: usize> Immersed<D> {
     /// exert on the fluid, and its moment. Without `lambda`: eq. 7.
     pub fn forces(
         &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
+        (grid, model, motions): Where<'_, D>,
         velocity: &[Vec<f64>; D],
         lambda: Option<&[Vec<f64>; D]>,
     ) -> &[Wrench] {
@@ -188,22 +149,16 @@ impl<const D: usize> Immersed<D> {
             let u = velocity[d].as_slice();
             if let Some(lambda) = lambda {
                 let fields = [u, lambda[d].as_slice()];
-                component.integrate(placed, &mut self.workspaces, fields, &CarriedForce { rate });
+                component.integrate(placed, &mut self.workspaces, fields, &CarriedForce(rate));
             } else {
-                component.integrate(placed, &mut self.workspaces, [u], &DirectForce { rate });
+                component.integrate(placed, &mut self.workspaces, [u], &DirectForce(rate));
             }
         }
         self.assemble(grid.geometry)
     }
 
     /// ∫ b u dV of every grain: the momentum per unit density of the fluid in its place.
-    pub fn contents(
-        &mut self,
-        grid: &Grid<D>,
-        model: &MaskModel,
-        motions: &[Motion],
-        velocity: &[Vec<f64>; D],
-    ) -> &[Wrench] {
+    pub fn contents(&mut self, (grid, model, motions): Where<'_, D>, velocity: &[Vec<f64>; D]) -> &[Wrench] {
         let placed = Placed { grid, model, shapes: &self.shapes, motions };
         for (component, u) in self.components.iter_mut().zip(velocity) {
             component.integrate(placed, &mut self.workspaces, [u.as_slice()], &Content);

@@ -7,7 +7,8 @@ use crate::grid::Grid;
 /// Nodes of one set along every axis, with what the masks need of them.
 #[derive(Clone, Debug)]
 pub struct Nodes<const D: usize> {
-    d: usize,
+    /// The `d` that was given to [`Nodes::new`].
+    pub(super) component: usize,
     /// Cell width at each node, m.
     pub(super) spacing: [Vec<f64>; D],
     /// Along axis 0, as long as a row of a field, so that whole vectors can be read at its end.
@@ -74,12 +75,7 @@ impl<const D: usize> Nodes<D> {
         let most = grid.axes.iter().flat_map(|a| &a.widths).fold(0.0, |m: f64, &w| m.max(w));
         let least = grid.smallest_width();
         let even = (most - least < 1e-12 * most).then_some(most);
-        Self { d, spacing, row, even, least, most }
-    }
-
-    /// The `d` that was given to [`Nodes::new`].
-    pub fn component(&self) -> usize {
-        self.d
+        Self { component: d, spacing, row, even, least, most }
     }
 
     /// Position along axis 0 of place `k` of a row, m.
@@ -124,7 +120,7 @@ impl<const D: usize> Nodes<D> {
     /// they may lie outside `0..n`, but never hold a cell twice: the nearest image counts.
     #[inline(always)]
     pub(crate) fn range(&self, grid: &Grid<D>, axis: usize, centre: f64, half: f64) -> (isize, isize) {
-        let nodes = grid.nodes(self.d, axis);
+        let nodes = grid.nodes(self.component, axis);
         let n = grid.cells[axis];
         if grid.periodic(axis) {
             let h = grid.axes[axis].length() / n as f64;
@@ -133,7 +129,7 @@ impl<const D: usize> Nodes<D> {
             let high = ((centre + half - nodes[0]) / h).floor() as isize + 1;
             return (low, high.clamp(low, low + n as isize));
         }
-        let first = usize::from(axis == self.d);
+        let first = usize::from(axis == self.component);
         let (low, high) = match grid.axes[axis].uniform_width {
             Some(h) => {
                 // one more at each end: round-off must not lose a node
@@ -153,7 +149,7 @@ impl<const D: usize> Nodes<D> {
     /// Index in the box and arm of unwrapped index `m` along `axis`, for a grain centred at `centre`.
     #[inline(always)]
     pub(crate) fn node(&self, grid: &Grid<D>, axis: usize, centre: f64, m: isize) -> Node {
-        let nodes = grid.nodes(self.d, axis);
+        let nodes = grid.nodes(self.component, axis);
         let n = grid.cells[axis] as isize;
         if !grid.periodic(axis) {
             return Node { index: m as usize, arm: nodes[m as usize] - centre };

@@ -51,9 +51,9 @@ impl<const D: usize> Places<D> {
         for ((marks, begins), component) in
             self.marks.iter_mut().zip(&mut self.begins).zip(&immersed.components)
         {
-            marks.resize(component.forced().len(), 0);
+            marks.resize(component.forced.len(), 0);
             let of_a_layer = (marks.len() / layers).max(1);
-            for (index, (mark, forced)) in marks.iter_mut().zip(component.forced()).enumerate() {
+            for (index, (mark, forced)) in marks.iter_mut().zip(&component.forced).enumerate() {
                 let (k, word) = (index / of_a_layer, index % of_a_layer);
                 let place = first(grid, 0) + k * size + word / words * stride + word % words * 512;
                 let mut new = forced & !*mark;
@@ -70,7 +70,7 @@ impl<const D: usize> Places<D> {
     /// where no grain is any more.
     pub fn hold(&self, immersed: &mut Immersed<D>) {
         for (component, marks) in immersed.components.iter_mut().zip(&self.marks) {
-            component.forced_mut().iter_mut().zip(marks).for_each(|(forced, mark)| *forced |= mark);
+            component.forced.iter_mut().zip(marks).for_each(|(forced, mark)| *forced |= mark);
         }
     }
 

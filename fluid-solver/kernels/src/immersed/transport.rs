@@ -14,21 +14,18 @@
 //! to a sphere does not turn with it.
 
 mod interpolation;
-pub(super) mod rows;
 mod sums;
 
-use super::by_layer::GrainsByLayer;
-use super::component::{Component, Placed, Workspace};
-use super::layer::{Layer, Part, Span};
+use super::component::{Component, Placed, Share, Workspace};
+use super::layer::{Part, Span};
 use super::layer_sums::{bits_of, first as place_of, words};
 use super::piece::PIECES;
 use crate::ghosts::{Ghosts, Side};
 use crate::grid::Grid;
 use crate::lanes::{Kernel, Lanes, ZERO, dispatch, lanes_at_mut};
-use crate::threads::{Chunks, by_layers, share};
+use crate::threads::by_layers;
 use interpolation::{POINTS, Weights};
 use pulp::Simd;
-use rows::{Ring, Rows};
 use std::ops::Range;
 use sums::{Sums, lane_count};
 
@@ -72,6 +69,23 @@ type Reach = [Range<usize>; PIECES];
 
 /// None yet.
 const EMPTY: Range<usize> = Range { start: usize::MAX, end: 0 };
+
+/// Rows that are interpolated between along the last axis, to be interpolated between along axis 1.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ring {
+    /// Which row each of them is, counted on over a periodic face.
+    rows: [Option<isize>; POINTS],
+    sums: [Sums; POINTS],
+}
+
+/// Room for one grain in one layer.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    rings: [Ring; PIECES],
+    sums: Sums,
+    /// Rows of λ and of b that a face of the box cuts.
+    cut: [[Vec<f64>; POINTS]; 2],
+}
 
 impl<const D: usize> Path<'_, D> {
     /// Adds what comes with the grain of `part` to its rows in layer `k`: axis after axis, so that a place of
@@ -257,36 +271,15 @@ impl<const D: usize> Component<D> {
         });
         fetch(grid, points, [&mut *from, &mut *mask]);
         let path = Path { grid, from: [&*from, &*mask], points };
-        self.place(placed);
-        let (workspaces, layers_each) = self.split(grid, workspaces);
         let mut next = std::mem::take(&mut self.next);
-        next.resize(self.forced().len(), 0);
-        let words_each = next.len() / grid.cells[D - 1];
-        let (grains, cache, entries) = self.layers.shared(grid, layers_each);
-        let own = grid.division.own();
-        let (n, size) = (own.len(), grid.stride(D - 1));
-        let begin = place_of(grid, own.start);
-        let (to, forced) =
-            (&mut to[begin..begin + n * size], &mut next[own.start * words_each..own.end * words_each]);
-        let count = workspaces.len();
-        let parts = (
-            (&mut *workspaces, Chunks { fields: [cache], size: entries }),
-            (
-                Chunks { fields: [forced], size: layers_each * words_each },
-                Chunks { fields: [to], size: layers_each * size },
-            ),
-        );
-        share(parts, 0..count, 1, &|part, ((workspaces, cache), (forced, to))| {
-            let ([cache], [forced], [to]) = (cache.fields, forced.fields, to.fields);
-            let (first, workspace) = (own.start + part.start * layers_each, &mut workspaces[0]);
-            dispatch(Advect { path, placed, grains, cache, first, workspace, forced, words_each, to });
-        });
+        next.resize(self.forced.len(), 0);
+        self.share(placed, workspaces, &mut next, [to], &|share| dispatch(Advect { path, share }));
         self.change_forced(grid, [&mut *from, &mut *mask], |force, mask| (*force, *mask) = (ZERO, ZERO));
         self.change_pads(grid, [from, mask], |field, row| {
             field[row + end..row + end + BEYOND].fill(0.0);
             field[row - BEYOND..row].fill(0.0);
         });
-        self.next = std::mem::replace(self.forced_mut(), next);
+        self.next = std::mem::replace(&mut self.forced, next);
     }
 
     /// Changes what stands beyond the ends of the rows where there may be force, where the box goes on there
@@ -295,7 +288,7 @@ impl<const D: usize> Component<D> {
         if !(grid.periodic(0) && pads(grid)) {
             return;
         }
-        let rows = self.forced().chunks_exact(words(grid)).enumerate();
+        let rows = self.forced.chunks_exact(words(grid)).enumerate();
         let rows_each = grid.stride(D - 1) / grid.stride(1);
         let rows = rows
             .filter(|(_, bits)| bits.iter().any(|bits| *bits != 0))
@@ -313,7 +306,7 @@ impl<const D: usize> Component<D> {
         let rows = grid.rows() / grid.cells[D - 1];
         by_layers(grid, fields, |first, [one, other]| {
             for (j, row) in (first..first + rows).enumerate() {
-                for (word, bits) in self.forced()[bits_of(grid, row)].iter().enumerate() {
+                for (word, bits) in self.forced[bits_of(grid, row)].iter().enumerate() {
                     let mut bits = *bits;
                     while bits != 0 {
                         let at = j * grid.stride(1) + 512 * word + 8 * bits.trailing_zeros() as usize;
@@ -350,32 +343,24 @@ fn fetch<const D: usize>(grid: &Grid<D>, points: &[[Interpolation; D]], [from, m
 /// [`Component::advect_force`] in some layers.
 struct Advect<'a, const D: usize> {
     path: Path<'a, D>,
-    placed: Placed<'a, D>,
-    grains: &'a GrainsByLayer<D>,
-    cache: &'a mut [Layer],
-    /// First of its layers.
-    first: usize,
-    workspace: &'a mut Workspace,
-    forced: &'a mut [u64],
-    /// Words of `forced` per layer.
-    words_each: usize,
-    to: &'a mut [f64],
+    share: Share<'a, 1, D>,
 }
 
 impl<const D: usize> Kernel for Advect<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let Placed { grid, model, .. } = self.placed;
-        let Workspace { layer_sums, rows, .. } = self.workspace;
-        let entries = self.cache.len();
-        let layers = self.to.chunks_mut(grid.stride(D - 1)).zip(self.forced.chunks_mut(self.words_each));
+        let Share { placed, grains, cache, first, workspace, forced, words_each, fields: [to] } = self.share;
+        let Placed { grid, model, .. } = placed;
+        let Workspace { layer_sums, rows, .. } = workspace;
+        let entries = cache.len();
+        let layers = to.chunks_mut(grid.stride(D - 1)).zip(forced.chunks_mut(words_each));
         for (k, (to, forced)) in layers.enumerate() {
-            let layer = &mut self.cache[k % entries];
-            layer.fill(grid, self.grains, model, self.first + k, &mut layer_sums.room);
+            let layer = &mut cache[k % entries];
+            layer.fill(grid, grains, model, first + k, &mut layer_sums.room);
             layer_sums.gather(layer);
             layer_sums.mark_covered(grid, layer);
             for part in layer.parts() {
-                self.path.part(part, layer_sums.totals(), self.first + k, rows, to);
+                self.path.part(part, &layer_sums.totals, first + k, rows, to);
             }
             forced.copy_from_slice(&layer_sums.covered);
             layer_sums.clear(layer);

@@ -27,12 +27,9 @@ pub(super) struct Ball<const D: usize> {
 
 impl<const D: usize> Ball<D> {
     pub(super) fn new(grid: &Grid<D>, centre: [f64; 3], radius: f64) -> Self {
-        let centre = along_axes(grid.geometry, centre);
-        let width = (0..D).map(|a| {
-            let axis = &grid.axes[a];
-            axis.widths[axis.faces.partition_point(|face| *face <= centre[a]).clamp(1, axis.cells()) - 1]
-        });
-        Self { centre, radius, width: width.fold(0.0, f64::max) }
+        let centre: [f64; D] = along_axes(grid.geometry, centre);
+        let width = (0..D).map(|a| grid.axes[a].width_at(centre[a])).fold(0.0, f64::max);
+        Self { centre, radius, width }
     }
 }
 
@@ -55,13 +52,13 @@ pub(super) struct Bands<const D: usize> {
     nodes: Nodes<D>,
     /// Whether this process needs a plane: its own ones and those beside them.
     wanted: Vec<bool>,
-    /// See [`Bands::rows`].
-    rows: Range<usize>,
+    /// Rows of a plane between the lowest and the highest that any plane has segments on; empty without any.
+    pub(super) rows: Range<usize>,
     /// Where the segments of each row begin, one entry more than rows.
     begins: Vec<usize>,
     segments: Vec<Segment>,
     /// Number of cells of all segments.
-    count: usize,
+    pub(super) count: usize,
     /// Of each cell twice its weight, 255 for 1, and [`REACHED`]; 0 beyond reach.
     cells: Vec<u16>,
     /// Of each row the first cell within reach and the one after the last.
@@ -98,7 +95,6 @@ impl Arms<'_> {
         }
     }
 
-    /// Raises all cells.
     #[inline(always)]
     fn raise_all(&self, cells: &mut [u16]) {
         let n = cells.len();
@@ -202,16 +198,6 @@ impl<const D: usize> Bands<D> {
             cells: vec![0; grid.rows() * grid.cells[0]],
             reach: vec![NOTHING; grid.rows()],
         }
-    }
-
-    /// Number of cells.
-    pub(super) fn len(&self) -> usize {
-        self.count
-    }
-
-    /// Rows of a plane between the lowest and the highest that any plane has segments on; empty without any.
-    pub(super) fn rows(&self) -> Range<usize> {
-        self.rows.clone()
     }
 
     /// The segments of a row, from left to right.

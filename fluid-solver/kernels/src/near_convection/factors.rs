@@ -16,7 +16,6 @@ pub(super) fn variance(geometry: Geometry) -> f64 {
 /// in the width of the kernel no longer holds there.
 pub(super) const LIMIT: f64 = 40.0;
 
-/// All factors.
 #[derive(Clone, Debug)]
 pub(super) struct Factors<const D: usize> {
     /// Along each axis; entry `LEAD + i` belongs to index `i`, from −1 to two behind the last.

@@ -71,7 +71,7 @@ impl<const D: usize> NearConvection<D> {
         self.balls.extend(balls);
         self.bands.set(grid, &self.balls);
         for values in &mut self.values {
-            values.resize(self.bands.len(), 0.0);
+            values.resize(self.bands.count, 0.0);
         }
     }
 
@@ -87,7 +87,7 @@ impl<const D: usize> NearConvection<D> {
     /// side.
     pub(crate) fn evaluate(&mut self, grid: &Grid<D>, velocity: &[Vec<f64>; D]) {
         let Self { bands, values, factors, rooms, .. } = self;
-        let rows = bands.rows();
+        let rows = bands.rows.clone();
         if rows.is_empty() {
             return;
         }

@@ -57,7 +57,6 @@ impl Planes {
         }
     }
 
-    /// A plane of zeros.
     pub(super) fn zeros(&self) -> Aligned {
         Aligned::zeros(self.size)
     }

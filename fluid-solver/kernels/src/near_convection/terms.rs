@@ -82,7 +82,6 @@ fn steps([a, b]: [usize; 2], by: [isize; 2]) -> [isize; 3] {
     steps
 }
 
-/// Values as vectors.
 #[inline(always)]
 fn vectors<S: Simd>(values: &[f64]) -> Line<'_, S> {
     S::as_simd_f64s(values).0

@@ -4,7 +4,7 @@ use super::NearConvection;
 use super::factors::{LIMIT, variance};
 use crate::axis::AxisSpec;
 use crate::boundary::Boundary;
-use crate::field::set_component;
+use crate::field::{for_each_unknown, set_component};
 use crate::grid::{Geometry, Grid, GridSpec};
 use crate::immersed::body::along_axes;
 
@@ -213,21 +213,13 @@ fn compare<const D: usize>(name: &str, grid: &Grid<D>) {
     let plain = Plain { grid, velocity: &velocity };
     let (mut most, mut worst) = (0.0_f64, 0.0_f64);
     for (d, ours) in ours.iter().enumerate() {
-        for row in 0..grid.rows() {
-            for i in 0..grid.cells[0] {
-                let (j, k) = if D == 3 { (row % grid.cells[1], row / grid.cells[1]) } else { (row, 0) };
-                let at = [i as isize, j as isize, k as isize];
-                // A node on a wall is no unknown.
-                if !grid.periodic(d) && at[d] == 0 {
-                    continue;
-                }
-                let exact = plain.term(d, at);
-                let error = (ours[grid.row(row) + i] - exact).abs();
-                most = most.max(exact.abs());
-                worst = worst.max(error);
-                assert!(error < 1e-9, "{name}: component {d} at {at:?}: {error} of {exact}");
-            }
-        }
+        for_each_unknown(grid, d, |at, index| {
+            let exact = plain.term(d, std::array::from_fn(|a| at.get(a).map_or(0, |at| *at as isize)));
+            let error = (ours[index] - exact).abs();
+            most = most.max(exact.abs());
+            worst = worst.max(error);
+            assert!(error < 1e-9, "{name}: component {d} at {at:?}: {error} of {exact}");
+        });
     }
     assert!(most > 0.1 && worst < 1e-12 * most, "{name}: {worst} of {most}");
 }
@@ -257,14 +249,10 @@ fn momentum_is_conserved() {
         let terms = fields(grid, &flow(grid));
         for d in components {
             let (mut sum, mut all) = (0.0, 0.0);
-            for row in 0..grid.rows() {
-                for i in 0..grid.cells[0] {
-                    let (j, k) = if D == 3 { (row % grid.cells[1], row / grid.cells[1]) } else { (row, 0) };
-                    let at = std::array::from_fn(|a| [i, j, k][a]);
-                    let part = grid.control_volume(d, at) * terms[d][grid.row(row) + i];
-                    (sum, all) = (sum + part, all + part.abs());
-                }
-            }
+            for_each_unknown(grid, d, |at, index| {
+                let part = grid.control_volume(d, at) * terms[d][index];
+                (sum, all) = (sum + part, all + f64::abs(part));
+            });
             assert!(all > 1e-3 && sum.abs() < 1e-13 * all, "component {d}: {sum} of {all}");
         }
     }

@@ -5,7 +5,7 @@ mod project;
 mod rows;
 mod stokes;
 
-use crate::engine::Engine;
+use crate::engines::Engine;
 use crate::factors::Factors;
 use crate::field::State;
 use crate::flow::Flow;
@@ -56,7 +56,7 @@ impl<const D: usize> PlaneEngine<D> {
         for_rows(grid, [rhs], |row, [rhs]| {
             dispatch(DivergenceRow { projection, grid, velocity, row, inverse, rhs });
         });
-        self.pressure_solver.solve(grid, 0.0, -1.0, rhs, phi, Write::Set);
+        self.pressure_solver.solve(grid, [0.0, -1.0], rhs, phi, Write::Set);
         fill_scalar(grid, phi);
     }
 }
@@ -100,7 +100,7 @@ impl<const D: usize> Engine<D> for PlaneEngine<D> {
         for d in 0..D {
             let (rhs, u) = (&mut self.rhs[d], &mut state.velocity[d]);
             if options.viscous == Viscous::Implicit && c > 0.0 {
-                self.viscous_solver[d].solve(grid, 1.0, c, rhs, u, Write::Add);
+                self.viscous_solver[d].solve(grid, [1.0, c], rhs, u, Write::Add);
             } else {
                 for_rows(grid, [u, rhs], |_, [u, rhs]| {
                     u.iter_mut().zip(&*rhs).for_each(|(u, r)| *u += r);

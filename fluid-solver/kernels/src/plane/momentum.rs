@@ -44,7 +44,7 @@ impl Momentum {
             along: [other.area.clone(), other.volume.clone(), other.inverse_volume(d == 1).to_vec()],
             area: own.area,
             volume: own.volume,
-            slope: projection.slope(d).to_vec(),
+            slope: projection.slope[d].clone(),
         }
     }
 
@@ -62,25 +62,15 @@ impl Momentum {
     ) {
         let at = Row { n: rhs.len(), start: grid.row(row), j: row, stride: grid.stride(1) };
         if self.d == 0 {
-            self.first(f, &velocity[0], &velocity[1], pressure, &at, rhs, history);
+            self.first(f, [&velocity[0], &velocity[1], pressure], &at, rhs, history);
         } else {
-            self.second(f, &velocity[1], &velocity[0], pressure, &at, rhs, history);
+            self.second(f, [&velocity[1], &velocity[0], pressure], &at, rhs, history);
         }
     }
 
-    /// Component 0.
+    /// Component 0. The results are arguments, which tells that they overlap nothing.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
-    fn first(
-        &self,
-        f: &Factors,
-        u: &[f64],
-        w: &[f64],
-        p: &[f64],
-        at: &Row,
-        rhs: &mut [f64],
-        history: &mut [f64],
-    ) {
+    fn first(&self, f: &Factors, [u, w, p]: [&[f64]; 3], at: &Row, rhs: &mut [f64], history: &mut [f64]) {
         let (n, j, s) = (at.n, at.j, at.stride as isize);
         let (rhs, history) = (&mut rhs[..n], &mut history[..n]);
         let (low, mid, high) = (at.of(u, -1), at.of(u, 0), at.of(u, 1));
@@ -113,19 +103,9 @@ impl Momentum {
         }
     }
 
-    /// Component 1.
+    /// Component 1, likewise.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "only arguments tell that the results overlap nothing")]
-    fn second(
-        &self,
-        f: &Factors,
-        u: &[f64],
-        w: &[f64],
-        p: &[f64],
-        at: &Row,
-        rhs: &mut [f64],
-        history: &mut [f64],
-    ) {
+    fn second(&self, f: &Factors, [u, w, p]: [&[f64]; 3], at: &Row, rhs: &mut [f64], history: &mut [f64]) {
         let (n, j, s) = (at.n, at.j, at.stride as isize);
         let (rhs, history) = (&mut rhs[..n], &mut history[..n]);
         let (low, mid, high) = (at.of(u, -1), at.of(u, 0), at.of(u, 1));
@@ -179,7 +159,7 @@ impl Metric {
         Self {
             area: (0..n + 2).map(|i| axis.face_area[i.saturating_sub(1)]).collect(),
             volume: (0..n + 2).map(|i| axis.cell_volume[cell(i)]).collect(),
-            inverse_cell: axis.cell_volume.iter().map(|v| 1.0 / v).collect(),
+            inverse_cell: axis.inverse_cell_volume.clone(),
             inverse_face: axis.face_volume.iter().map(|v| 1.0 / v).collect(),
         }
     }

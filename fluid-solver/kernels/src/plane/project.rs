@@ -10,11 +10,10 @@ pub(super) struct Projection<const D: usize> {
     /// `A_{i+1} / V_i` per cell: weight of the upper face, 1/m.
     high: [Vec<f64>; D],
     /// 1 / distance between centres, per face, 1/m.
-    slope: [Vec<f64>; D],
+    pub(super) slope: [Vec<f64>; D],
 }
 
 impl<const D: usize> Projection<D> {
-    /// Gathers the inverse lengths.
     pub(super) fn new(grid: &Grid<D>) -> Self {
         let weights = |a: usize, o: usize| {
             let axis = &grid.axes[a];
@@ -25,11 +24,6 @@ impl<const D: usize> Projection<D> {
             high: std::array::from_fn(|a| weights(a, 1)),
             slope: std::array::from_fn(|a| grid.axes[a].distances.iter().map(|h| 1.0 / h).collect()),
         }
-    }
-
-    /// 1 / distance between centres, per face of `axis`, 1/m.
-    pub(super) fn slope(&self, axis: usize) -> &[f64] {
-        &self.slope[axis]
     }
 
     /// The end of a projection on interior row `row`, around which φ is given: `u −= weight ∇φ`,

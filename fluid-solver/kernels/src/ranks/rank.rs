@@ -64,7 +64,6 @@ impl std::fmt::Debug for Ranks {
 }
 
 /// Number of processes that a launcher of MPI started, if one did.
-#[must_use]
 pub fn launched() -> Option<usize> {
     let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"];
     names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
@@ -75,13 +74,11 @@ static PROCESS: OnceLock<Ranks> = OnceLock::new();
 
 impl Ranks {
     /// There is nobody else.
-    #[must_use]
     pub fn alone() -> Self {
         Self::default()
     }
 
     /// One of several.
-    #[must_use]
     pub fn linked(link: impl Link + 'static) -> Self {
         let (failure, messages, bytes) = Default::default();
         let patience = AtomicU64::new(AT_FIRST.as_millis() as u64);
@@ -89,7 +86,6 @@ impl Ranks {
     }
 
     /// What this process is: alone unless [`Ranks::set_process`] said otherwise.
-    #[must_use]
     pub fn of_process() -> Self {
         PROCESS.get().cloned().unwrap_or_default()
     }
@@ -101,25 +97,21 @@ impl Ranks {
     }
 
     /// Number of this rank.
-    #[must_use]
     pub fn rank(&self) -> usize {
         self.0.as_ref().map_or(0, |member| member.link.rank())
     }
 
     /// Number of ranks.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.0.as_ref().map_or(1, |member| member.link.size())
     }
 
     /// Whether there is nobody else.
-    #[must_use]
     pub fn is_alone(&self) -> bool {
         self.size() == 1
     }
 
     /// Whether this is the rank that speaks for all.
-    #[must_use]
     pub fn is_first(&self) -> bool {
         self.rank() == 0
     }
@@ -139,7 +131,6 @@ impl Ranks {
     }
 
     /// What this rank has sent so far.
-    #[must_use]
     pub fn traffic(&self) -> Traffic {
         let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let of =
@@ -244,8 +235,11 @@ impl Ranks {
         if self.is_alone() {
             return;
         }
-        let parts = self.gather_equal(values);
-        if self.is_first() {
+        if !self.is_first() {
+            self.exchange(&[(0, &*values)], &mut []);
+        } else {
+            let mut parts = vec![values.to_vec(); self.size()];
+            self.exchange(&[], &mut of_others(&mut parts));
             for part in &parts[1..] {
                 values.iter_mut().zip(part).for_each(|(value, other)| *value = combine(*value, *other));
             }
@@ -271,21 +265,16 @@ impl Ranks {
     }
 
     /// What each rank has, of any length, on rank 0 in the order of the ranks; nothing elsewhere.
-    #[must_use]
     pub fn gather(&self, own: &[f64]) -> Vec<Vec<f64>> {
         if !self.is_first() {
             self.exchange(&[(0, &[own.len() as f64]), (0, own)], &mut []);
             return Vec::new();
         }
         let mut lengths = vec![[0.0]; self.size()];
-        let mut into: Vec<(usize, &mut [f64])> =
-            lengths.iter_mut().enumerate().skip(1).map(|(from, length)| (from, &mut length[..])).collect();
-        self.exchange(&[], &mut into);
+        self.exchange(&[], &mut of_others(&mut lengths));
         let mut parts: Vec<Vec<f64>> = lengths.iter().map(|[length]| vec![0.0; *length as usize]).collect();
         parts[0].extend_from_slice(own);
-        let mut into: Vec<(usize, &mut [f64])> =
-            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
-        self.exchange(&[], &mut into);
+        self.exchange(&[], &mut of_others(&mut parts));
         parts
     }
 
@@ -308,15 +297,11 @@ impl Ranks {
             return own.map(|_| Vec::new());
         }
         let mut lengths = vec![[0; 8]; self.size()];
-        let mut into: Vec<(usize, &mut [u8])> =
-            lengths.iter_mut().enumerate().skip(1).map(|(from, length)| (from, &mut length[..])).collect();
-        self.transfer(&[], &mut into, patience);
+        self.transfer(&[], &mut of_others(&mut lengths), patience);
         self.check()?;
         let mut parts: Vec<Vec<u8>> =
             lengths.iter().map(|length| vec![0; u64::from_le_bytes(*length) as usize]).collect();
-        let mut into: Vec<(usize, &mut [u8])> =
-            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
-        self.transfer(&[], &mut into, patience);
+        self.transfer(&[], &mut of_others(&mut parts), patience);
         self.check()?;
         parts[0] = [&[1], &own?[..]].concat();
         let heard = |(rank, part): (usize, Vec<u8>)| match part.split_first() {
@@ -327,19 +312,6 @@ impl Ranks {
             }
         };
         parts.into_iter().enumerate().map(heard).collect()
-    }
-
-    /// [`Ranks::gather`] of parts of one length, without their lengths being sent.
-    fn gather_equal(&self, own: &[f64]) -> Vec<Vec<f64>> {
-        if !self.is_first() {
-            self.exchange(&[(0, own)], &mut []);
-            return Vec::new();
-        }
-        let mut parts = vec![own.to_vec(); self.size()];
-        let mut into: Vec<(usize, &mut [f64])> =
-            parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, &mut part[..])).collect();
-        self.exchange(&[], &mut into);
-        parts
     }
 
     /// `values` of rank 0 on every rank.
@@ -353,12 +325,16 @@ impl Ranks {
     }
 
     /// Whether it holds on every rank.
-    #[must_use]
     pub fn all(&self, here: bool) -> bool {
         let mut values = [f64::from(u8::from(here))];
         self.combine(&mut values, f64::min);
         values[0] == 1.0
     }
+}
+
+/// The parts of all ranks but the first, by rank.
+fn of_others<T>(parts: &mut [impl AsMut<[T]>]) -> Vec<(usize, &mut [T])> {
+    parts.iter_mut().enumerate().skip(1).map(|(from, part)| (from, part.as_mut())).collect()
 }
 
 impl Member {

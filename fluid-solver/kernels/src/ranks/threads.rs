@@ -13,7 +13,6 @@ struct Threads {
 }
 
 /// As many ranks as asked, each to be handed to a thread of its own.
-#[must_use]
 pub fn ranks(size: usize) -> Vec<Ranks> {
     let mut senders: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();
     let mut receivers: Vec<Vec<_>> = (0..size).map(|_| Vec::new()).collect();

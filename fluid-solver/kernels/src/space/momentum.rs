@@ -32,7 +32,6 @@ pub(super) struct Lines {
 }
 
 impl FluxesAcross {
-    /// Room for one plane.
     pub(super) fn new(shape: &Shape) -> Self {
         let rows = |count: usize| Aligned::zeros(count * shape.row);
         Self { u: rows(shape.n[1]), v: rows(shape.n[1] + 1), w: rows(shape.n[1]) }
@@ -40,7 +39,6 @@ impl FluxesAcross {
 }
 
 impl Lines {
-    /// Room for one row.
     pub(super) fn new(shape: &Shape) -> Self {
         let wide = |count: usize| Aligned::zeros(count * shape.wide);
         // A line of x is read one place to the right, too.
@@ -77,7 +75,6 @@ pub(super) struct Given<'a, const D: usize> {
 pub(super) struct MomentumPlane<'a, const D: usize> {
     pub(super) shape: &'a Shape,
     pub(super) factors: &'a Factors,
-    /// Number of the plane.
     pub(super) k: usize,
     /// The plane: old velocity on entry.
     pub(super) here: [&'a mut [f64]; 3],
@@ -116,16 +113,21 @@ impl Kernel for FirstFluxes<'_> {
         let Self { shape, factors, k, below, first, fluxes, lines } = self;
         let under = if k > 0 { k - 1 } else { shape.n[2] - 1 };
         let weights = Weights::new(shape, factors, under, k);
-        begin(simd, shape, &weights, [below, first], fluxes, lines);
+        let planes = [below, first];
+        flux::first_edge(
+            simd,
+            &weights,
+            velocity::<S>(shape, -1, planes),
+            out::<S>(shape, 0, 0, fluxes, lines),
+        );
         for j in 0..shape.n[1] {
-            row_fluxes(simd, shape, &weights, j, [below, first], fluxes, lines);
+            row_fluxes(simd, shape, &weights, j, planes, fluxes, lines);
             let across = vectors_mut::<S>(&mut fluxes.w[j * shape.row..][..shape.wide]);
             flux::share_of_w(simd, beside::<S>(&lines.x[1], shape.wide), across);
         }
     }
 }
 
-/// A row as vectors.
 #[inline(always)]
 fn vectors<S: Simd>(row: &[f64]) -> &[S::f64s] {
     S::as_simd_f64s(row).0
@@ -195,19 +197,6 @@ fn out<'a, S: Simd>(
     }
 }
 
-/// Fluxes over the edge below row 0.
-#[inline(always)]
-fn begin<S: Simd>(
-    simd: S,
-    shape: &Shape,
-    weights: &Weights,
-    planes: [[&[f64]; 3]; 2],
-    fluxes: &mut FluxesAcross,
-    lines: &mut Lines,
-) {
-    flux::first_edge(simd, weights, velocity::<S>(shape, -1, planes), out::<S>(shape, 0, 0, fluxes, lines));
-}
-
 /// All fluxes of row `j` that are not carried to it.
 #[inline(always)]
 fn row_fluxes<S: Simd>(
@@ -229,7 +218,8 @@ impl<const D: usize> Kernel for MomentumPlane<'_, D> {
     fn run<S: Simd>(mut self, simd: S) {
         let weights = Weights::new(self.shape, self.factors, self.k, self.k + 1);
         let Self { shape, here: [u, v, w], above, fluxes, lines, .. } = &mut self;
-        begin(simd, shape, &weights, [[&**u, &**v, &**w], *above], fluxes, lines);
+        let velocity = velocity::<S>(shape, -1, [[&**u, &**v, &**w], *above]);
+        flux::first_edge(simd, &weights, velocity, out::<S>(shape, 0, 0, fluxes, lines));
         for j in 0..self.shape.n[1] {
             let Self { shape, here: [u, v, w], above, fluxes, lines, .. } = &mut self;
             row_fluxes(simd, shape, &weights, j, [[&**u, &**v, &**w], *above], fluxes, lines);
@@ -253,10 +243,10 @@ impl<const D: usize> MomentumPlane<'_, D> {
         let Target::Increment(rhs) = target else { return };
         let (at, n) = (shape.at(j as isize), shape.n[0]);
         let weights = laplacian_weights(shape, factors.implicit, d, *k);
-        let [low, mid, high] = [below[d], &*here[d], above[d]];
+        let planes = [below[d], &*here[d], above[d]];
         let rhs = &mut rhs[d][at..][..shape.wide];
         rhs[n..].fill(0.0);
-        laplacian(weights, low, mid, high, at, shape.row, &mut rhs[..n]);
+        laplacian(weights, planes, at, shape.row, &mut rhs[..n]);
     }
 
     /// dt (γ N + ζ N_old) + 2 α dt f (uniform) on row `j`.
@@ -385,15 +375,8 @@ fn laplacian_weights(shape: &Shape, nu: f64, d: usize, k: usize) -> [f64; 4] {
 
 /// out = Σ weight (neighbour − u).
 #[inline(always)]
-fn laplacian(
-    [x, y, lower, upper]: [f64; 4],
-    low: &[f64],
-    mid: &[f64],
-    high: &[f64],
-    at: usize,
-    row: usize,
-    out: &mut [f64],
-) {
+fn laplacian(weights: [f64; 4], [low, mid, high]: [&[f64]; 3], at: usize, row: usize, out: &mut [f64]) {
+    let [x, y, lower, upper] = weights;
     let n = out.len();
     let (left, right) = (&mid[at - 1..][..n], &mid[at + 1..][..n]);
     let (under, over) = (&mid[at - row..][..n], &mid[at + row..][..n]);

@@ -22,19 +22,12 @@ impl Kernel for CorrectPlane<'_> {
     fn run<S: Simd>(self, _: S) {
         let Self { shape, k, weight, phi: [phi, low], velocity: [u, v, w], mut pressure } = self;
         let n = shape.n[0];
+        let weights = [weight * shape.inverse[0], weight * shape.inverse[1], weight * shape.slope[k]];
         for j in 0..shape.n[1] as isize {
             let (at, under) = (shape.at(j), shape.at(j - 1));
             let here = &phi[at..][..n];
-            correct(
-                [weight * shape.inverse[0], weight * shape.inverse[1], weight * shape.slope[k]],
-                here,
-                &phi[at - 1..][..n],
-                &phi[under..][..n],
-                &low[at..][..n],
-                &mut u[at..][..n],
-                &mut v[at..][..n],
-                &mut w[at..][..n],
-            );
+            let before = [&phi[at - 1..][..n], &phi[under..][..n], &low[at..][..n]];
+            correct(weights, here, before, &mut u[at..][..n], &mut v[at..][..n], &mut w[at..][..n]);
             if let Some(p) = &mut pressure {
                 add(here, &mut p[at..][..n]);
             }
@@ -54,15 +47,13 @@ impl Kernel for CorrectPlane<'_> {
     }
 }
 
-/// Subtracts weight (here − before) along each axis.
+/// Subtracts weight (here − before) along each axis. The results are arguments, which tells that they overlap
+/// nothing.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the result overlaps nothing")]
 fn correct(
     [x, y, z]: [f64; 3],
     here: &[f64],
-    left: &[f64],
-    under: &[f64],
-    below: &[f64],
+    [left, under, below]: [&[f64]; 3],
     u: &mut [f64],
     v: &mut [f64],
     w: &mut [f64],
@@ -112,16 +103,8 @@ impl Kernel for DivergencePlane<'_> {
             let row = &mut out[at..][..shape.wide];
             row[n..].fill(0.0);
             let row = &mut row[..n];
-            divergence(
-                [x, y, z],
-                &u[at..][..n],
-                &u[at + 1..][..n],
-                &v[at..][..n],
-                &v[over..][..n],
-                &w[at..][..n],
-                &above[at..][..n],
-                row,
-            );
+            let low = [&u[at..][..n], &v[at..][..n], &w[at..][..n]];
+            divergence([x, y, z], low, [&u[at + 1..][..n], &v[over..][..n], &above[at..][..n]], row);
             if let Some((p, correction)) = &mut pressure {
                 let weight = *correction / inverse;
                 for (p, row) in p[at..][..n].iter_mut().zip(&*row) {
@@ -132,19 +115,9 @@ impl Kernel for DivergencePlane<'_> {
     }
 }
 
-/// Σ weight (high − low).
+/// Σ weight (high − low); the result is an argument, which tells that it overlaps nothing.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "only arguments tell that the result overlaps nothing")]
-fn divergence(
-    [x, y, z]: [f64; 3],
-    u: &[f64],
-    east: &[f64],
-    v: &[f64],
-    north: &[f64],
-    w: &[f64],
-    top: &[f64],
-    out: &mut [f64],
-) {
+fn divergence([x, y, z]: [f64; 3], [u, v, w]: [&[f64]; 3], [east, north, top]: [&[f64]; 3], out: &mut [f64]) {
     let n = out.len();
     let (u, east, v, north, w, top) = (&u[..n], &east[..n], &v[..n], &north[..n], &w[..n], &top[..n]);
     for i in 0..n {

@@ -63,7 +63,6 @@ impl Fft {
         }
     }
 
-    /// Number of places m.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
         self.first.radix * self.first.groups

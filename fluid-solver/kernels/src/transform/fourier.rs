@@ -72,7 +72,7 @@ impl<S: Simd> Read<S> for Odd<Reader<'_, S>> {
     #[inline(always)]
     fn place(&self, j: usize, t: usize) -> Complex<S> {
         let value = self.0.get(j, t);
-        Complex::new(value, value.zero())
+        Complex::new(value, value.splat(0.0))
     }
 }
 
@@ -95,7 +95,7 @@ impl<S: Simd> Read<S> for OddBack<Reader<'_, S>> {
     fn place(&self, k: usize, t: usize) -> Complex<S> {
         let n = self.0.plan.n;
         let z = match k {
-            0 => Complex::new(self.0.get(0, t), self.0.get(0, t).zero()),
+            0 => Complex::new(self.0.get(0, t), self.0.get(0, t).splat(0.0)),
             _ if 2 * k < n => self.0.complex(k, n - k, t),
             _ => self.0.complex(n - k, k, t).conj(),
         };

@@ -35,11 +35,6 @@ impl Kind {
         }
     }
 
-    /// Kind of pressure along `axis`.
-    pub fn of_pressure<const D: usize>(grid: &Grid<D>, axis: usize) -> Self {
-        if grid.periodic(axis) { Self::Periodic } else { Self::EvenEven }
-    }
-
     /// Number of values on an axis of `cells` cells.
     pub fn values(self, cells: usize) -> usize {
         cells - usize::from(self == Self::Fixed)

@@ -19,7 +19,6 @@ mod rows;
 mod sine;
 
 use crate::lanes::Lanes;
-use fast::Fast;
 pub use kind::Kind;
 use plan::Plan;
 use reference::Reference;
@@ -44,7 +43,7 @@ pub enum Direction {
 /// Who does the work.
 enum Engine {
     /// Lengths 2ᵃ 3ᵇ 5ᶜ from 8 on, even or periodic.
-    Fast(Fast),
+    Fast(Plan),
     /// Any other length.
     Reference(Reference),
 }
@@ -65,15 +64,15 @@ pub fn fast_lengths(cells: usize, periodic: bool) -> [usize; 2] {
 
 /// A transform of eight lines at once.
 pub struct Transform {
-    kind: Kind,
-    cells: usize,
+    pub(crate) kind: Kind,
+    pub(crate) cells: usize,
     engine: Engine,
 }
 
 impl Transform {
     /// Plans a transform along an axis of `cells` cells.
     pub fn new(kind: Kind, cells: usize) -> Self {
-        let engine = match Fast::new(kind, cells) {
+        let engine = match Plan::new(kind, cells) {
             Some(fast) => Engine::Fast(fast),
             None => Engine::Reference(Reference::new(kind, cells)),
         };
@@ -83,16 +82,6 @@ impl Transform {
     /// Plans a transform by `rustdct` and `realfft` whatever the length: for comparison.
     pub fn reference(kind: Kind, cells: usize) -> Self {
         Self { kind, cells, engine: Engine::Reference(Reference::new(kind, cells)) }
-    }
-
-    /// Boundary type and staggering.
-    pub fn kind(&self) -> Kind {
-        self.kind
-    }
-
-    /// Number of cells of the axis.
-    pub fn cells(&self) -> usize {
-        self.cells
     }
 
     /// Number of values of a line.

@@ -34,7 +34,6 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// Plans the transform.
     pub(super) fn new(kind: Kind, cells: usize) -> Self {
         let values = kind.values(cells);
         let mut dct = DctPlanner::new();
@@ -83,7 +82,6 @@ impl Reference {
         }
     }
 
-    /// Writes the result.
     pub(super) fn store(&self, mut rows: RowsMut<'_>, scratch: &mut Scratch) {
         for (j, row) in scratch.data.iter().enumerate() {
             rows.put_row(j, row);

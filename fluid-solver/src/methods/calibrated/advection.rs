@@ -112,7 +112,7 @@ impl<const D: usize> Advection<D> {
             if self.always { f64::INFINITY } else { lag(grid, model, immersed.shapes(), &memory.motions) };
         if self.lag >= self.least {
             let fields = [force, &mut self.masks];
-            immersed.advect_force(grid, model, [&memory.motions, predicted], fields, room);
+            immersed.advect_force((grid, model, &memory.motions), predicted, fields, room);
         }
     }
 
@@ -128,7 +128,7 @@ impl<const D: usize> Advection<D> {
         let Some(local_solve) = self.local_solve.as_mut().filter(|_| wanted) else { return };
         let Grains { immersed, model, predicted, force, .. } = grains;
         let (grid, state) = fluid.parts_mut();
-        local_solve.respond(immersed, grid, model, predicted, [&mut state.velocity, force], room);
+        local_solve.respond(immersed, (grid, model, predicted), [&mut state.velocity, force], room);
     }
 
     /// Forgets where the force is.

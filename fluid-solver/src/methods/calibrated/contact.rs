@@ -100,8 +100,8 @@ impl<const D: usize> Contact<D> {
             let place = memory.before[grain].predicted(parts.get(grain).unwrap_or(&1.0) * dt);
             *motion = Motion { velocity: jump, spin: [0.0; 3], ..place };
             let holds = jump != [0.0; 3] || !self.free[grain];
-            let radius = self.immersed.shapes()[grain].radius;
-            self.immersed.set_mask_radius(grain, radius * if holds { 1.0 } else { NO_MASK });
+            let shape = &mut self.immersed.shapes_mut()[grain];
+            shape.mask_radius = shape.radius * if holds { 1.0 } else { NO_MASK };
         }
         self.fit(fluid.grid(), &model, field);
         self.solve(fluid, &model, field);
@@ -119,7 +119,7 @@ impl<const D: usize> Contact<D> {
         add(image, -1.0, direction);
         add(image, 1.0, residual);
         places.scatter(image, field);
-        let forces = immersed.forces(fluid.grid(), &model, &self.motions, field, None);
+        let forces = immersed.forces((fluid.grid(), &model, &self.motions), field, None);
         let taken = memory.taken.iter_mut().zip(&memory.jumps).zip(forces).zip(grains.immersed.shapes());
         for (((taken, jump), force), shape) in taken.filter(|(((_, jump), _), _)| **jump != [0.0; 3]) {
             *taken = std::array::from_fn(|c| force.force[c] / shape.volume - jump[c]);
@@ -131,7 +131,7 @@ impl<const D: usize> Contact<D> {
     /// that the box cuts stays as it is.
     fn fit(&mut self, grid: &Grid<D>, model: &MaskModel, field: &[Vec<f64>; D]) {
         let Self { immersed, motions, volumes, .. } = self;
-        immersed.contents(grid, model, motions, field);
+        immersed.contents((grid, model, motions), field);
         immersed.volumes(grid.geometry, volumes);
         // The first rank alone knows them.
         let ranks = grid.division.ranks();
@@ -142,10 +142,10 @@ impl<const D: usize> Contact<D> {
             let filled = volumes.iter().filter(|volume| **volume > 0.0);
             let (count, sum) = filled.fold((0.0, 0.0), |(count, sum), volume| (count + 1.0, sum + volume));
             if count > 0.0 {
-                let shape = &immersed.shapes()[grain];
+                let shape = &mut immersed.shapes_mut()[grain];
                 let ratio = (shape.volume * count / sum).min(1.0);
-                let radius = shape.radius * ratio.powf(1.0 / f64::from(grid.geometry.grain_dimensions()));
-                immersed.set_mask_radius(grain, radius);
+                let power = 1.0 / f64::from(grid.geometry.grain_dimensions());
+                shape.mask_radius = shape.radius * ratio.powf(power);
             }
         }
     }
@@ -154,12 +154,12 @@ impl<const D: usize> Contact<D> {
     fn solve(&mut self, fluid: &mut Stepper<D>, model: &MaskModel, field: &mut [Vec<f64>; D]) {
         let Self { immersed, motions, places, mask, weight, force, residual, direction, image, .. } = self;
         let grid = fluid.grid();
-        immersed.impose_direct(grid, model, motions, field);
+        immersed.impose_direct((grid, model, motions), field);
         places.clear();
         places.add(grid, immersed);
         // b ΔU
         places.gather(field, residual);
-        immersed.store_mask(grid, model, motions, field);
+        immersed.store_mask((grid, model, motions), field);
         places.gather(field, mask);
         places.volumes(grid, image);
         multiply(mask, image, weight);
@@ -289,16 +289,7 @@ mod tests {
         free: &[bool],
     ) -> Vec<[f64; 3]> {
         let volume = std::f64::consts::PI / 6.0;
-        let shape = Shape {
-            radius: 0.5,
-            mask_radius: 0.5,
-            wave: 1.0,
-            patches: Vec::new(),
-            outline: None,
-            density: 2.0,
-            volume,
-            gyration: 0.1,
-        };
+        let shape = Shape::round(0.5, 2.0, volume, 0.1);
         let shapes = vec![shape; centres.len()];
         let model = MaskModel { mask: Mask::ParameterFree, width: 0.5, wave: 1.0, viscosity: 0.01, dt: DT };
         let motions = centres.iter().map(|centre| Motion { centre: *centre, ..Motion::default() }).collect();

@@ -55,18 +55,6 @@ impl<const D: usize> Iterate<D> {
         let from = other.motion.as_flattened();
         self.motion.as_flattened_mut().iter_mut().zip(from).for_each(|(to, from)| change(to, *from));
     }
-
-    fn clone_from_other(&mut self, other: &Self) {
-        for (to, from) in self.force.iter_mut().zip(&other.force) {
-            to.clone_from(from);
-        }
-        self.motion.clone_from(&other.motion);
-    }
-
-    fn set_zero(&mut self) {
-        self.force.iter_mut().for_each(|values| values.fill(0.0));
-        self.motion.fill([0.0; 6]);
-    }
 }
 
 /// What an attempt led to.
@@ -76,12 +64,6 @@ struct Attempt<const D: usize> {
     output: Iterate<D>,
     /// H(x) − x.
     residual: Iterate<D>,
-}
-
-impl<const D: usize> Default for Attempt<D> {
-    fn default() -> Self {
-        Self { output: Iterate::default(), residual: Iterate::default() }
-    }
 }
 
 /// The attempts at the present window. Nothing of them outlives the window.
@@ -107,7 +89,10 @@ impl<const D: usize> Iterations<D> {
     pub(super) fn new(gyration: Vec<f64>) -> Self {
         Self {
             places: Places::default(),
-            attempts: std::array::from_fn(|_| Attempt::default()),
+            attempts: std::array::from_fn(|_| Attempt {
+                output: Iterate::default(),
+                residual: Iterate::default(),
+            }),
             count: 0,
             products: [[0.0; MIXED]; MIXED],
             guess: Iterate::default(),
@@ -179,7 +164,8 @@ impl<const D: usize> Iterations<D> {
         self.places.gather(&grains.force, &mut output.force);
         output.motion.clear();
         output.motion.extend(motions.iter().map(numbers));
-        residual.clone_from_other(output);
+        residual.force.clone_from(&output.force);
+        residual.motion.clone_from(&output.motion);
         residual.combine(&self.guess, |output, guess| *output -= guess);
         for (centre, motion) in self.centres.iter_mut().zip(motions) {
             *centre = motion.centre;
@@ -208,7 +194,8 @@ impl<const D: usize> Iterations<D> {
     fn mix(&mut self) {
         least_squares(&self.products, self.count, &mut self.weights);
         let Self { guess, attempts, weights, .. } = self;
-        guess.set_zero();
+        guess.force.iter_mut().for_each(|values| values.fill(0.0));
+        guess.motion.fill([0.0; 6]);
         for (attempt, weight) in attempts.iter().zip(weights) {
             guess.combine(&attempt.output, |guess, output| *guess += *weight * output);
         }

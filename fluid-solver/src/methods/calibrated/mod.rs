@@ -118,7 +118,7 @@ impl<const D: usize> Calibrated<D> {
         rests: (&mut [u8], bool),
     ) {
         if let Some(pores) = &mut self.pores {
-            immersed.set_radii(grid, model, pores, motions);
+            pores.set_radii(grid.geometry, model, immersed.shapes_mut(), motions);
         }
         self.loads.open_masks(immersed, model, grid.smallest_width(), motions, rests);
     }
@@ -164,7 +164,7 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
             return;
         }
         let velocity = &fluid.state().velocity;
-        self.loads.set_forces(immersed.forces(fluid.grid(), model, predicted, velocity, Some(&*force)));
+        self.loads.set_forces(immersed.forces((fluid.grid(), model, predicted), velocity, Some(&*force)));
         self.loads.measure(fluid, grains);
         if let Some(iterations) = &self.iterations {
             iterations.virtual_mass_ahead(grains, dt, &mut self.loads.measured);
@@ -200,13 +200,8 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
                 *to = Motion { velocity, spin: motion.spin, ..*place };
             }
             let velocity = &mut state.velocity;
-            match &mut self.advection {
-                Some(advection) => {
-                    let fields = [velocity, force, &mut advection.masks];
-                    immersed.impose_and_store_mask(grid, model, &memory.imposed, fields);
-                }
-                None => immersed.impose_carried(grid, model, &memory.imposed, [velocity, force]),
-            }
+            let masks = self.advection.as_mut().map(|advection| &mut advection.masks);
+            immersed.impose_carried((grid, model, &memory.imposed), [velocity, force], masks);
         }
         if let Some(iterations) = &mut self.iterations {
             iterations.note(dt, grid, grains);
@@ -239,11 +234,11 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         if memory.imposed_dt > 0.0 {
             let model = MaskModel { dt: memory.imposed_dt, ..*model };
             self.set_masks(grid, immersed, &model, &memory.before, (&mut memory.rests, false));
-            immersed.mark_forced(grid, &model, &memory.imposed);
+            immersed.mark_forced((grid, &model, &memory.imposed));
             if let Some(advection) = &mut self.advection {
                 advection.clear(grid);
                 clear_own(grid, &mut self.room);
-                immersed.store_mask(grid, &model, &memory.imposed, &mut advection.masks);
+                immersed.store_mask((grid, &model, &memory.imposed), &mut advection.masks);
             }
         }
     }

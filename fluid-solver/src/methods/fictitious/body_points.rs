@@ -29,8 +29,8 @@ pub struct BodyPoints<const D: usize> {
     own_arms: Vec<Vec<[f64; 2]>>,
     /// Area of each point over that of a cell.
     shares: Vec<f64>,
-    /// λ at the points, m/s², by component.
-    multipliers: [Vec<f64>; D],
+    /// λ at the points, m/s², by component: with the grid's fields it decides the next window.
+    pub(super) multipliers: [Vec<f64>; D],
     /// Cells and weights that tie the points to the grid, where they were placed last.
     stencils: [Vec<Stencil>; D],
     /// Velocity of the fluid at the points, m/s, as interpolated last.
@@ -211,16 +211,6 @@ impl<const D: usize> BodyPoints<D> {
             }
         }
         (force, torque)
-    }
-
-    /// λ at the points, by component: with the grid's fields it decides the next window.
-    pub fn multipliers(&self) -> &[Vec<f64>; D] {
-        &self.multipliers
-    }
-
-    /// The same, to be set.
-    pub fn multipliers_mut(&mut self) -> &mut [Vec<f64>; D] {
-        &mut self.multipliers
     }
 }
 

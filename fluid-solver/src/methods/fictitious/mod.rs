@@ -87,18 +87,15 @@ impl<const D: usize> ImmersedBoundary<D> for FictitiousDomain<D> {
     }
 
     fn points(&self) -> Option<&[Vec<f64>; D]> {
-        Some(self.points.multipliers())
+        Some(&self.points.multipliers)
     }
 
     fn points_mut(&mut self) -> Option<&mut [Vec<f64>; D]> {
-        Some(self.points.multipliers_mut())
+        Some(&mut self.points.multipliers)
     }
 }
 
 /// Refuses a scene in which the method cannot work.
-///
-/// # Errors
-/// With the key.
 pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
     let (source, domain) = (&scene.source, &scene.scene.domain);
     if domain.geometry != Geometry::Plane {

@@ -165,6 +165,11 @@ mod tests {
     use crate::field::set_component;
     use crate::grid::{Geometry, GridSpec};
 
+    fn grid(boundaries: [[Boundary<2>; 2]; 2]) -> Grid<2> {
+        let axes = [12, 8].map(|cells| AxisSpec::Uniform { start: 0.0, end: cells as f64 * 0.1, cells });
+        Grid::new(&GridSpec { geometry: Geometry::Plane, axes, boundaries }).expect("the grid is allowed")
+    }
+
     #[test]
     fn kernel_keeps_sum_and_moment_and_ends_at_one_and_a_half() {
         for s in [-0.5, -0.2, 0.0, 0.1, 0.25, 0.5] {
@@ -191,13 +196,7 @@ mod tests {
     #[test]
     fn a_uniform_stream_is_read_exactly_at_open_faces() {
         let inflow = Boundary::Inflow { velocity: [0.7, 0.0], profile: Profile::Uniform };
-        let uniform = |cells: usize| AxisSpec::Uniform { start: 0.0, end: cells as f64 * 0.1, cells };
-        let grid = Grid::<2>::new(&GridSpec {
-            geometry: Geometry::Plane,
-            axes: [uniform(12), uniform(8)],
-            boundaries: [[inflow, Boundary::Outflow], [Boundary::FreeSlip; 2]],
-        })
-        .expect("the grid is allowed");
+        let grid = grid([[inflow, Boundary::Outflow], [Boundary::FreeSlip; 2]]);
         for (d, stream) in [(0, 0.7), (1, 0.0)] {
             let mut u = grid.new_field();
             set_component(&grid, d, &mut u, |_| stream);
@@ -213,13 +212,7 @@ mod tests {
     #[test]
     fn a_linear_flow_is_read_exactly_beside_walls() {
         let wall = |speed: f64| Boundary::NoSlip { velocity: [speed, 0.0] };
-        let uniform = |cells: usize| AxisSpec::Uniform { start: 0.0, end: cells as f64 * 0.1, cells };
-        let grid = Grid::<2>::new(&GridSpec {
-            geometry: Geometry::Plane,
-            axes: [uniform(12), uniform(8)],
-            boundaries: [[Boundary::Periodic; 2], [wall(0.0), wall(0.8)]],
-        })
-        .expect("the grid is allowed");
+        let grid = grid([[Boundary::Periodic; 2], [wall(0.0), wall(0.8)]]);
         let mut u = grid.new_field();
         set_component(&grid, 0, &mut u, |x| x[1]);
         for z in [0.01, 0.06, 0.33, 0.74, 0.79] {

@@ -15,16 +15,7 @@ fn grid(boundary: Boundary<3>) -> Grid<3> {
 
 fn sphere(radius: f64, density: f64) -> Shape {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-    Shape {
-        radius,
-        mask_radius: radius,
-        wave: 1.0,
-        patches: Vec::new(),
-        outline: None,
-        density,
-        volume,
-        gyration: 0.4 * radius * radius,
-    }
+    Shape::round(radius, density, volume, 0.4 * radius * radius)
 }
 
 /// What is not free is fixed.

@@ -161,7 +161,7 @@ impl<const D: usize> Reference<D> {
         for (d, increment) in increments.iter_mut().enumerate() {
             let u = &mut state.velocity[d];
             if implicit {
-                viscous[d].solve(grid, 1.0, stage.alpha * nu * dt, increment, u, Write::Add);
+                viscous[d].solve(grid, [1.0, stage.alpha * nu * dt], increment, u, Write::Add);
             } else {
                 for_each_unknown(grid, d, |_, i| u[i] += increment[i]);
             }
@@ -178,7 +178,7 @@ impl<const D: usize> Reference<D> {
             state.pressure[i] -= correction * rhs[i];
             rhs[i] /= duration;
         });
-        pressure.solve(grid, 0.0, -1.0, &mut rhs, &mut phi, Write::Set);
+        pressure.solve(grid, [0.0, -1.0], &mut rhs, &mut phi, Write::Set);
         fill_scalar(grid, &mut phi);
         for (d, u) in state.velocity.iter_mut().enumerate() {
             let slope = gradient(grid, d, &phi);

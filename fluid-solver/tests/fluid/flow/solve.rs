@@ -20,7 +20,7 @@ where
     Random(7 + d as u64).fill(grid, d, &mut b);
     let mut x = grid.new_field();
     let mut solver = Helmholtz::new(grid, Unknown::Component(d));
-    solver.solve(grid, 1.0, c, &mut b.clone(), &mut x, Write::Set);
+    solver.solve(grid, [1.0, c], &mut b.clone(), &mut x, Write::Set);
     fill_velocity(grid, d, &mut x);
     let (laplacian, mut worst) = (laplacian_of(grid, d, &x), 0.0_f64);
     for_each_unknown(grid, d, |_, at| worst = worst.max((x[at] - c * laplacian[at] - b[at]).abs()));
@@ -109,7 +109,7 @@ fn pressure_solve_has_zero_mean() {
         }
         let (mut b, mut p) = (divergence(&grid, &slopes), grid.new_field());
         let mut solver = Helmholtz::new(&grid, Unknown::Pressure);
-        solver.solve(&grid, 0.0, -1.0, &mut b, &mut p, Write::Set);
+        solver.solve(&grid, [0.0, -1.0], &mut b, &mut p, Write::Set);
         for_each_cell(&grid, |_, index| {
             // Condition number of the Neumann operator here ≤ 1e3, p of size 1.
             let wrong = (p[index] - q[index] + mean / volume).abs();

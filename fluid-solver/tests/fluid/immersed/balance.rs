@@ -9,7 +9,7 @@ use fluid_solver::solver::Solver;
 fn filled<const D: usize>(solver: &Solver<D>) -> f64 {
     let mut immersed = solver.immersed().clone();
     let velocity = &solver.stepper().state().velocity;
-    immersed.contents(solver.grid(), solver.mask_model(), solver.motions(), velocity);
+    immersed.contents((solver.grid(), solver.mask_model(), solver.motions()), velocity);
     let mut out = [[0.0; 3]];
     immersed.volumes(solver.grid().geometry, &mut out);
     out[0][2]
@@ -64,7 +64,8 @@ fn fluid_momentum_change_is_minus_the_impulse_on_the_grains() {
         // Fluid in the grains' place is taken along by them: ∫ b dV ΔU, with the masks of now.
         let solver = run.fluid.two().expect("plane");
         let mut immersed = solver.immersed().clone();
-        let volumes: Vec<_> = immersed.contents(&grid, solver.mask_model(), solver.motions(), &ones).to_vec();
+        let volumes: Vec<_> =
+            immersed.contents((&grid, solver.mask_model(), solver.motions()), &ones).to_vec();
         for (d, c) in [(0, 0), (1, 2)] {
             let mut expected = 0.0;
             for (grain, volume) in volumes.iter().enumerate() {
@@ -92,7 +93,7 @@ fn volumes_moments(solver: &fluid_solver::solver::Solver<2>, ones: &[Vec<f64>; 2
     let mut immersed = solver.immersed().clone();
     let mut part = |fields: [&Vec<f64>; 2]| -> Vec<f64> {
         let fields = [fields[0].clone(), fields[1].clone()];
-        let wrenches = immersed.contents(grid, solver.mask_model(), solver.motions(), &fields);
+        let wrenches = immersed.contents((grid, solver.mask_model(), solver.motions()), &fields);
         wrenches.iter().map(|w| w.torque[1]).collect()
     };
     // Torque about y: ∫ f_x r_z − f_z r_x.

@@ -44,7 +44,7 @@ fn forces(caches: bool, places: &[[[f64; 3]; 4]]) -> Vec<Vec<Wrench>> {
     let at = |centres: &[[f64; 3]; 4]| centres.map(motion);
     places
         .iter()
-        .map(|places| immersed.forces(&grid, &model, &at(places), &velocity, None).to_vec())
+        .map(|places| immersed.forces((&grid, &model, &at(places)), &velocity, None).to_vec())
         .collect()
 }
 

@@ -27,9 +27,8 @@ impl Interpolation {
     /// For a grain that moves so for `dt`, along each axis.
     pub(crate) fn of<const D: usize>(grid: &Grid<D>, motion: &Motion, dt: f64) -> [Self; D] {
         std::array::from_fn(|a| {
-            let (lab, axis) = (laboratory(grid.geometry, a), &grid.axes[a]);
-            let above = axis.faces.partition_point(|face| *face <= motion.centre[lab]);
-            let width = axis.widths[above.clamp(1, axis.widths.len()) - 1];
+            let lab = laboratory(grid.geometry, a);
+            let width = grid.axes[a].width_at(motion.centre[lab]);
             // whatever it does, it does not leave the numbers of cells
             Self::back((motion.velocity[lab] * dt / width).clamp(-1e9, 1e9))
         })

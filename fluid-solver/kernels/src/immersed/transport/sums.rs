@@ -21,7 +21,6 @@ pub(super) fn lane_count(count: usize) -> usize {
 }
 
 impl Sums {
-    /// Room for `count` eights.
     pub(super) fn fit(&mut self, count: usize) {
         for sums in &mut self.0 {
             sums.resize(sums.len().max(count), ZERO);
