@@ -49,7 +49,7 @@ pub struct Table<T> {
 }
 
 /// offset + amplitude · sin(2π frequency t + phase).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Sine<T> {
     /// Amplitude.
     pub amplitude: T,
@@ -255,8 +255,8 @@ impl<T: Quantity> OverTime<T> {
         match self {
             Self::Constant(_) => 0.0,
             Self::Table(table) => {
-                let slopes = table.slopes().filter(|(from, to, _)| *to > 0.0 && *from < until);
-                slopes.map(|(_, _, slope)| slope).fold(0.0, f64::max)
+                let slopes = table.slopes_from(0.0).filter(|(from, _)| *from < until);
+                slopes.map(|(_, slope)| slope).fold(0.0, f64::max)
             }
             Self::Sine(sine) => TAU * sine.frequency * length(&sine.amplitude),
         }
@@ -274,7 +274,7 @@ impl<T: Quantity> OverTime<T> {
             Self::Table(table) => {
                 let largest = table.rows.iter().map(|(_, value)| length(value)).fold(0.0, f64::max);
                 let mut longest = f64::INFINITY;
-                for (from, _, slope) in table.slopes_from(t) {
+                for (from, slope) in table.slopes_from(t) {
                     if from - t >= longest {
                         break;
                     }
@@ -424,20 +424,11 @@ impl<T: Quantity> Table<T> {
         sum
     }
 
-    /// Start, end and slope of each part.
-    fn slopes(&self) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        slopes(&self.rows)
+    /// Start and slope of each part that ends after `t`.
+    fn slopes_from(&self, t: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.rows[self.before(t).saturating_sub(1)..].windows(2).map(|pair| {
+            let ((from, a), (to, b)) = (&pair[0], &pair[1]);
+            (*from, length(&b.plus(-1.0, a)) / (to - from))
+        })
     }
-
-    /// The same of those that end after `t`.
-    fn slopes_from(&self, t: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        slopes(&self.rows[self.before(t).saturating_sub(1)..])
-    }
-}
-
-fn slopes<T: Quantity>(rows: &[(f64, T)]) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-    rows.windows(2).map(|pair| {
-        let ((from, a), (to, b)) = (&pair[0], &pair[1]);
-        (*from, *to, length(&b.plus(-1.0, a)) / (to - from))
-    })
 }
