@@ -132,14 +132,12 @@ impl CheckedScene {
     /// At `until`.
     pub fn goes_on_from(&self, time: f64) -> Result<(), SceneError> {
         let until = self.scene.until;
-        if time <= until {
-            return Ok(());
-        }
-        Err(self.source.error(
+        self.source.refuse_if(
+            time > until,
             "until",
-            format!("is {until} s, but the run stands at t = {time} s already"),
+            format_args!("is {until} s, but the run stands at t = {time} s already"),
             "give a later --until, or start anew without --resume",
-        ))
+        )
     }
 }
 
