@@ -99,7 +99,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
     let folder = OutputFolder::create(&root, &now.scene, false)?;
     if !now.solver.is_ours() {
-        folder.write_scene_in_full(&now.scene, None, None, None)?;
+        folder.write_scene_in_full(&now.scene, [None; 3])?;
     }
     let file = if now.solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
     let (role, command) = (request.drive, now.solver.run_command());
