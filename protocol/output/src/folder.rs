@@ -118,10 +118,9 @@ impl OutputFolder {
     fn refuse_needed(&self, scene: &CheckedScene) -> Result<(), OutputError> {
         let Ok(root) = self.root.canonicalize() else { return Ok(()) };
         let inside = |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&root));
-        match scene.source.files().into_iter().find(|(_, path)| inside(path)) {
-            None => Ok(()),
-            Some((key, needed)) => Err(OutputError::Needed { path: self.root.clone(), key, needed }),
-        }
+        let needed = scene.source.files().into_iter().find(|(_, path)| inside(path));
+        let Some((key, needed)) = needed else { return Ok(()) };
+        Err(OutputError::Needed { path: self.root.clone(), key, needed })
     }
 
     /// Does the folder that this process claimed still stand at its path? Where another was put there, such

@@ -133,14 +133,9 @@ impl SceneSource {
     pub fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
         let Ok(read) = toml::Value::try_from(read) else { return Ok(()) };
         let written: toml::Value = toml::from_str(&self.text).map_err(|error| self.convert(&error))?;
-        match longer_list(&written, &read, String::new()) {
-            None => Ok(()),
-            Some((key, has, takes)) => Err(self.error(
-                &key,
-                format!("has {has} entries; allowed: {takes}"),
-                "remove those that are too many",
-            )),
-        }
+        let Some((key, has, takes)) = longer_list(&written, &read, String::new()) else { return Ok(()) };
+        let what = format!("has {has} entries; allowed: {takes}");
+        Err(self.error(&key, what, "remove those that are too many"))
     }
 
     /// An error at a key; without a line where no part of the key stands in the text.

@@ -121,10 +121,7 @@ impl Rendezvous {
     /// # Errors
     /// As [`Rendezvous::parse`].
     pub fn from_environment() -> Result<Option<Self>, ExchangeError> {
-        match std::env::var(CONNECT_VARIABLE) {
-            Ok(token) => Self::parse(&token).map(Some),
-            Err(_) => Ok(None),
-        }
+        std::env::var(CONNECT_VARIABLE).ok().map(|token| Self::parse(&token)).transpose()
     }
 
     /// Refuses values that no run can have.

@@ -170,10 +170,8 @@ impl Watch {
 
     /// Fails if one of `members` has died or left.
     pub(crate) fn check(&mut self, members: &[Member], step: u64) -> Result<(), ExchangeError> {
-        match self.first_dead(members) {
-            None => Ok(()),
-            Some(member) => Err(ExchangeError::PeerDied { peer: member.to_string(), step }),
-        }
+        let Some(member) = self.first_dead(members) else { return Ok(()) };
+        Err(ExchangeError::PeerDied { peer: member.to_string(), step })
     }
 
     /// The solver of `roles` that has no node.

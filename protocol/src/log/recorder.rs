@@ -247,10 +247,7 @@ impl Recorder {
     /// disk hangs.
     pub fn finish(mut self) -> Result<RecorderStatistics, LogError> {
         self.close()?;
-        match self.error() {
-            Some(error) => Err(error),
-            None => Ok(self.statistics()),
-        }
+        self.error().map_or_else(|| Ok(self.statistics()), Err)
     }
 
     fn close(&mut self) -> Result<(), LogError> {
