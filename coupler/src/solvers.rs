@@ -118,7 +118,7 @@ impl Solver {
         };
         let folder = scratch().map_err(no_room)?;
         let path = folder.path().join("scene.toml");
-        resolved_scene(&in_full(scene), None, None, None)
+        resolved_scene(&in_full(scene), [None; 3])
             .map_err(|error| error.to_string())
             .and_then(|text| std::fs::write(&path, text).map_err(|error| error.to_string()))
             .map_err(|error| no_room(format!("cannot write {}: {error}", path.display())))?;

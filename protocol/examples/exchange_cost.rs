@@ -292,5 +292,5 @@ fn expect(sum: f64, grains: usize, window: &Window) -> Result<(), ExchangeError>
     if sum == expected {
         return Ok(());
     }
-    Err(ExchangeError::Order { what: format!("sum {sum} in window {}, expected {expected}", window.step) })
+    Err(ExchangeError::Order(format!("sum {sum} in window {}, expected {expected}", window.step)))
 }

@@ -119,8 +119,8 @@ pub fn read_any<T: DeserializeOwned>(folder: &Path, role: &str) -> Result<(Strin
 pub fn open(folder: &Path, role: &str, identity: &str) -> Result<Payload, SolverError> {
     let (written_by, payload) = open_any(folder, role)?;
     if written_by != identity {
-        return Err(payload
-            .refuse("was written by another scene: resume with the scene that wrote it, or start anew"));
+        let why = "was written by another scene: resume with the scene that wrote it, or start anew";
+        return Err(payload.refuse(why));
     }
     Ok(payload)
 }
@@ -153,9 +153,8 @@ impl Payload {
             Self { path, file: BufReader::with_capacity(CHUNK, file), left: 0, digest: [0; 32] };
         let mut head = [0; HEAD];
         if payload.file.read_exact(&mut head).is_err() || head[..8] != MAGIC {
-            return Err(
-                payload.refuse("is not a Bedload checkpoint, or was cut short: start anew without --resume")
-            );
+            let why = "is not a Bedload checkpoint, or was cut short: start anew without --resume";
+            return Err(payload.refuse(why));
         }
         let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
         if word(8) != VERSION {
@@ -176,9 +175,8 @@ impl Payload {
     fn identity(&mut self) -> Result<String, SolverError> {
         let length: u64 = self.part()?;
         if length > MOST_IDENTITY.min(self.left) {
-            return Err(
-                self.refuse(&format!("names its scene in {length} bytes: start anew without --resume"))
-            );
+            let why = format!("names its scene in {length} bytes: start anew without --resume");
+            return Err(self.refuse(&why));
         }
         let mut bytes = vec![0; length as usize];
         self.file.read_exact(&mut bytes).map_err(|error| self.fail(error))?;
@@ -205,9 +203,8 @@ impl Payload {
     pub fn fill(&mut self, values: &mut [f64], count: usize, from: usize) -> Result<(), SolverError> {
         let (stored, wanted) = (self.part::<u64>()?, count as u64);
         let Some(behind) = count.checked_sub(from + values.len()).filter(|_| stored == wanted) else {
-            return Err(self.refuse(&format!(
-                "holds a field of {stored} numbers where {wanted} are asked for: start anew"
-            )));
+            let why = format!("holds a field of {stored} numbers where {wanted} are asked for: start anew");
+            return Err(self.refuse(&why));
         };
         if self.left / 8 < wanted {
             return Err(self.refuse(&format!("ends within a field of {wanted} numbers: start anew")));

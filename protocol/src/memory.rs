@@ -26,20 +26,24 @@ fn below(root: &Path) -> Option<Available> {
 
 /// `MemAvailable`: free memory, and what the system can reclaim without swapping.
 fn machine(root: &Path) -> Option<Available> {
-    let text = std::fs::read_to_string(root.join("proc/meminfo")).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let bytes = told_in(&root.join("proc/meminfo"), "MemAvailable:")?;
+    Some(Available { bytes, source: "MemAvailable of /proc/meminfo".into() })
+}
+
+/// Bytes that a file of the system tells in kB behind `name`.
+fn told_in(file: &Path, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(Available { bytes: kibibytes * 1024, source: "MemAvailable of /proc/meminfo".into() })
+    Some(kibibytes * 1024)
 }
 
 /// What each control group of this process, and each above it, still allows (versions 1 and 2).
 fn groups(root: &Path) -> Vec<Available> {
     let text = std::fs::read_to_string(root.join("proc/self/cgroup")).unwrap_or_default();
     let of_line = |line: &str| -> Vec<Available> {
-        let mut parts = line.splitn(3, ':');
-        let (Some(_), Some(controllers), Some(path)) = (parts.next(), parts.next(), parts.next()) else {
-            return Vec::new();
-        };
+        let parts = line.split_once(':').and_then(|(_, rest)| rest.split_once(':'));
+        let Some((controllers, path)) = parts else { return Vec::new() };
         let (mount, [limit, usage, cache]) = match controllers {
             "" => ("sys/fs/cgroup", ["memory.max", "memory.current", "inactive_file "]),
             v1 if v1.split(',').any(|name| name == "memory") => (
@@ -73,10 +77,7 @@ fn left(root: &Path, group: &Path, limit: &str, usage: &str, cache: &str) -> Opt
 
 /// Peak resident memory of this process, bytes; 0 where the system does not tell.
 pub fn peak_rss_bytes() -> u64 {
-    let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return 0 };
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-    kibibytes.map_or(0, |count| count * 1024)
+    told_in(Path::new("/proc/self/status"), "VmHWM:").unwrap_or(0)
 }
 
 #[cfg(test)]

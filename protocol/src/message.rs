@@ -21,19 +21,19 @@ pub trait Record: Copy + Default + PartialEq + std::fmt::Debug + Send + Sync + '
     /// The record as 8-byte words in memory order, for comparing bit by bit.
     fn words(&self) -> Vec<u64>;
 
+    /// The field that holds word `index`, and the component that the word is.
+    fn field_at(index: usize) -> Option<(&'static Field, usize)> {
+        let mut words = Self::FIELDS.iter().flat_map(|field| (0..field.words).map(move |part| (field, part)));
+        words.nth(index)
+    }
+
     /// Name of the field, with its component, that holds word `index` (`force[2]`).
     fn field_of_word(index: usize) -> String {
-        let mut start = 0;
-        for field in Self::FIELDS {
-            if index < start + field.words {
-                return match field.words {
-                    1 => field.name.to_owned(),
-                    _ => format!("{}[{}]", field.name, index - start),
-                };
-            }
-            start += field.words;
+        match Self::field_at(index) {
+            Some((field, _)) if field.words == 1 => field.name.to_owned(),
+            Some((field, part)) => format!("{}[{part}]", field.name),
+            None => format!("word {index}"),
         }
-        format!("word {index}")
     }
 }
 
@@ -297,26 +297,32 @@ impl Status {
 pub fn layout_hash() -> u64 {
     let mut digest = Sha256::new();
     digest.update(PROTOCOL_VERSION.to_le_bytes());
-    add_layout::<Loads>(&mut digest);
-    add_layout::<Kinematics>(&mut digest);
-    add_layout::<Header>(&mut digest);
-    add_layout::<Command>(&mut digest);
-    add_layout::<Status>(&mut digest);
+    for (name, fields) in [
+        (Loads::NAME, Loads::FIELDS),
+        (Kinematics::NAME, Kinematics::FIELDS),
+        (Header::NAME, Header::FIELDS),
+        (Command::NAME, Command::FIELDS),
+        (Status::NAME, Status::FIELDS),
+    ] {
+        digest.update(name);
+        for field in fields {
+            digest.update(format!("|{}:{}x{}:{}", field.name, field.words, field.kind, field.unit));
+        }
+    }
     let bytes = digest.finalize();
     bytes.iter().take(8).fold(0, |hash, byte| (hash << 8) | u64::from(*byte))
-}
-
-fn add_layout<R: Record>(digest: &mut Sha256) {
-    digest.update(R::NAME);
-    for field in R::FIELDS {
-        digest.update(format!("|{}:{}x{}:{}", field.name, field.words, field.kind, field.unit));
-    }
 }
 
 impl Kinematics {
     /// A grain at rest with its centre at `position`, not turned.
     pub fn at_rest(position: [f64; 3]) -> Self {
         Self { position, orientation: [1.0, 0.0, 0.0, 0.0], ..Self::default() }
+    }
+
+    /// ½ m v² + ½ I ω², J.
+    pub fn kinetic_energy(&self, mass: f64, inertia: f64) -> f64 {
+        let square = |vector: &[f64; 3]| vector.iter().map(|x| x * x).sum::<f64>();
+        0.5 * (mass * square(&self.velocity) + inertia * square(&self.spin))
     }
 
     /// Is the grain in the run yet? One that is still to be inserted has no orientation.

@@ -6,6 +6,7 @@
 //! solver sends and receives in the order its method needs, once each way per window.
 
 use std::path::Path;
+use std::time::Duration;
 
 use crate::message::{Command, Header, Order, Record};
 
@@ -108,8 +109,8 @@ pub enum ExchangeError {
     )]
     NotJoined { peer: String, seconds: f64 },
     /// A message of another window, or of another number of grains.
-    #[error("message out of order: {what}")]
-    Order { what: String },
+    #[error("message out of order: {0}")]
+    Order(String),
     /// The peer was built against another protocol or layout, or reads another scene.
     #[error(
         "{peer} has {what} {theirs}, we have {ours}: rebuild both from one version and start both from one scene"
@@ -127,6 +128,13 @@ pub enum ExchangeError {
     /// The transport failed.
     #[error("{0}")]
     Transport(String),
+}
+
+impl ExchangeError {
+    /// `peer` has not answered in window `step` within `limit`.
+    pub(crate) fn late(peer: impl ToString, step: u64, limit: Duration) -> Self {
+        Self::Deadline { peer: peer.to_string(), step, seconds: limit.as_secs_f64() }
+    }
 }
 
 /// Why a solver cannot go on.

@@ -9,10 +9,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
     let mut out = String::with_capacity(text.len() + 16);
     for character in text.chars() {
-        match is_seen(character) {
-            true => out.push(character),
-            false => out.extend(character.escape_default()),
-        }
+        if is_seen(character) { out.push(character) } else { out.extend(character.escape_default()) }
     }
     Cow::Owned(out)
 }

@@ -155,9 +155,7 @@ impl<P: Participant> Served<'_, P> {
         loop {
             let command = self.link.next_command()?;
             self.about = (command.step, command.attempt);
-            let order = Order::try_from(command.order)
-                .map_err(|error| ExchangeError::Order { what: error.to_string() })?;
-            match order {
+            match Order::try_from(command.order).map_err(|error| ExchangeError::Order(error.to_string()))? {
                 Order::Advance => self.advance(command.into())?,
                 Order::Repeat => self.repeat(command.into())?,
                 Order::Accept => self.accept()?,
@@ -181,12 +179,11 @@ impl<P: Participant> Served<'_, P> {
     fn repeat(&mut self, window: Window) -> Result<(), SolverError> {
         let last = self.last.map(|last| last.step);
         if !self.repeatable || last != Some(window.step) {
-            return Err(SolverError::Exchange(ExchangeError::Order {
-                what: format!(
-                    "Repeat of window {} after window {last:?} in a run with repeatable = {}",
-                    window.step, self.repeatable
-                ),
-            }));
+            let what = format!(
+                "Repeat of window {} after window {last:?} in a run with repeatable = {}",
+                window.step, self.repeatable
+            );
+            return Err(ExchangeError::Order(what).into());
         }
         self.participant.restore();
         self.window(window)

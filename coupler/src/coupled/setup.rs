@@ -91,11 +91,13 @@ pub(crate) fn write_scene(prepared: &Prepared, folder: &OutputFolder) -> Result<
     let coupling = Coupling { scheme, ..prepared.coupling.clone() };
     let coupling = toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))?;
     // What a solver did not resolve stays as the user wrote it.
-    let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts).filter(|facts| !facts.resolved.is_empty());
-    let dem = prepared.dem.as_ref().map(|dem| &dem.facts).filter(|facts| !facts.resolved.is_empty());
-    folder.write_scene(&prepared.scene, fluid, dem, Some(&coupling))?;
+    let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts.resolved);
+    let dem = prepared.dem.as_ref().map(|dem| &dem.facts.resolved);
+    let [fluid, dem] = [fluid, dem].map(|section| section.filter(|section| !section.is_empty()));
+    let sections = [fluid, dem, Some(&coupling)];
+    folder.write_scene(&prepared.scene, sections)?;
     if prepared.has_others() {
-        folder.write_scene_in_full(&prepared.scene, fluid, dem, Some(&coupling))?;
+        folder.write_scene_in_full(&prepared.scene, sections)?;
     }
     let plan =
         serde_json::to_string_pretty(&prepared.plan).map_err(|error| Failure::Run(error.to_string()))?;

@@ -102,7 +102,7 @@ fn prepare(request: &Replay, reader: &LogReader, scratch: &Path) -> Result<(Setu
     let root = request.out.clone().unwrap_or_else(|| scratch.join("out"));
     let folder = OutputFolder::create(&root, &scene, false)?;
     if !solver.is_ours() {
-        folder.write_scene_in_full(&scene, None, None, None)?;
+        folder.write_scene_in_full(&scene, [None; 3])?;
     }
     let file = if solver.is_ours() { folder.scene() } else { folder.scene_in_full() };
     let (role, command) = (request.drive, solver.run_command());

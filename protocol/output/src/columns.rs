@@ -7,6 +7,7 @@ use protocol::message::{Kinematics, Loads};
 
 use crate::sample::{Extra, Sample, Sides, When};
 use crate::totals::{Bed, Made, dem_values, fluid_values, servos};
+use Form::{Scalar, Turn, Vector};
 
 /// Grains with columns of their own where the scene does not say.
 const GRAINS_BY_DEFAULT: usize = 16;
@@ -77,23 +78,17 @@ const ANGLE: &str = "angle";
 
 /// Name, unit, who must be there for it to be seen, form, and where it is read.
 const QUANTITIES: [Quantity; 11] = [
-    Quantity::new("position", "m", MOTION, Form::Vector, Value::Motion(|m, c| m.position[c])),
-    Quantity::new("velocity", "m/s", MOTION, Form::Vector, Value::Motion(|m, c| m.velocity[c])),
-    Quantity::new("spin", "rad/s", MOTION, Form::Turn, Value::Motion(|m, c| m.spin[c])),
-    Quantity::new(ANGLE, "rad", MOTION, Form::Turn, Value::Motion(|m, _| about_y(m.orientation))),
-    Quantity::new("mean_velocity", "m/s", MOTION, Form::Vector, Value::Mean(|m, c| m.velocity[c])),
-    Quantity::new("mean_spin", "rad/s", MOTION, Form::Turn, Value::Mean(|m, c| m.spin[c])),
-    Quantity::new("hydrodynamic_force", "N", LOADS, Form::Vector, Value::Loads(|l, c| l.force[c])),
-    Quantity::new("hydrodynamic_torque", "N m", LOADS, Form::Turn, Value::Loads(|l, c| l.torque[c])),
-    Quantity::new("contact_force", "N", CONTACT, Form::Vector, Value::Averaged(|m, c| m.contact_force[c])),
-    Quantity::new(
-        "lubrication_force",
-        "N",
-        CONTACT,
-        Form::Vector,
-        Value::Averaged(|m, c| m.lubrication_force[c]),
-    ),
-    Quantity::new("gap", "m", CONTACT, Form::Scalar, Value::Motion(|m, _| m.gap)),
+    Quantity::new("position", "m", MOTION, Vector, Value::Motion(|m, c| m.position[c])),
+    Quantity::new("velocity", "m/s", MOTION, Vector, Value::Motion(|m, c| m.velocity[c])),
+    Quantity::new("spin", "rad/s", MOTION, Turn, Value::Motion(|m, c| m.spin[c])),
+    Quantity::new(ANGLE, "rad", MOTION, Turn, Value::Motion(|m, _| about_y(m.orientation))),
+    Quantity::new("mean_velocity", "m/s", MOTION, Vector, Value::Mean(|m, c| m.velocity[c])),
+    Quantity::new("mean_spin", "rad/s", MOTION, Turn, Value::Mean(|m, c| m.spin[c])),
+    Quantity::new("hydrodynamic_force", "N", LOADS, Vector, Value::Loads(|l, c| l.force[c])),
+    Quantity::new("hydrodynamic_torque", "N m", LOADS, Turn, Value::Loads(|l, c| l.torque[c])),
+    Quantity::new("contact_force", "N", CONTACT, Vector, Value::Averaged(|m, c| m.contact_force[c])),
+    Quantity::new("lubrication_force", "N", CONTACT, Vector, Value::Averaged(|m, c| m.lubrication_force[c])),
+    Quantity::new("gap", "m", CONTACT, Scalar, Value::Motion(|m, _| m.gap)),
 ];
 
 const MOTION: fn(Sides) -> bool = |sides| sides.motion;
@@ -114,12 +109,12 @@ impl Quantity {
     /// Components that the geometry leaves free: axial ones on an axis, turning about y in a plane.
     fn components(&self, geometry: Geometry) -> &'static [usize] {
         match (self.form, geometry) {
-            (Form::Scalar, _) => &[0],
+            (Scalar, _) => &[0],
             (_, Geometry::Space) => &[0, 1, 2],
-            (Form::Turn, Geometry::Plane) => &[1],
-            (Form::Vector, Geometry::Plane) => &[0, 2],
-            (Form::Turn, Geometry::Axisymmetric) => &[],
-            (Form::Vector, Geometry::Axisymmetric) => &[2],
+            (Turn, Geometry::Plane) => &[1],
+            (Vector, Geometry::Plane) => &[0, 2],
+            (Turn, Geometry::Axisymmetric) => &[],
+            (Vector, Geometry::Axisymmetric) => &[2],
         }
     }
 
@@ -184,9 +179,8 @@ impl FreeGrain {
     /// How far its surface reaches from its centre along `axis` as it is turned, m.
     fn reach(&self, motion: &Kinematics, axis: usize) -> f64 {
         let direction = if axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
-        self.outline
-            .as_ref()
-            .map_or(self.radius, |outline| outline.reach_along(about_y(motion.orientation), direction))
+        let reach = |outline: &Outline| outline.reach_along(about_y(motion.orientation), direction);
+        self.outline.as_ref().map_or(self.radius, reach)
     }
 }
 
@@ -200,13 +194,8 @@ impl Columns {
     /// The columns of `scene` as `sides` sees it; scalars first, then grain by grain.
     pub fn new(scene: &CheckedScene, sides: Sides) -> Self {
         let present = scene.present();
-        let free: Vec<FreeGrain> = scene
-            .grains
-            .iter()
-            .enumerate()
-            .filter(|(_, grain)| grain.motion == Motion::Free)
-            .map(|(index, grain)| FreeGrain::new(index, grain))
-            .collect();
+        let free = scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
+        let free: Vec<FreeGrain> = free.map(|(index, grain)| FreeGrain::new(index, grain)).collect();
         let surface = |grain: &FreeGrain| {
             let grain = &scene.grains[grain.index];
             grain.position[0] + grain.reach_along([1.0, 0.0, 0.0])
@@ -248,32 +237,24 @@ impl Columns {
         self.sources.push(source);
     }
 
+    fn add_run(&mut self, name: &str, unit: &str, when: When, value: fn(&Self, &Sample) -> f64) {
+        self.add(name, unit, Source::Run(when, value));
+    }
+
     fn add_scalars(&mut self, geometry: Geometry, sides: Sides, extras: &[Extra]) {
-        self.add("t", "s", Source::Run(When::End, |_, sample| sample.time()));
-        self.add("dt", "s", Source::Run(When::Window, |_, sample| sample.window.dt));
+        self.add_run("t", "s", When::End, |_, sample| sample.time());
+        self.add_run("dt", "s", When::Window, |_, sample| sample.window.dt);
         if sides.contact {
-            self.add("substeps", "-", Source::Run(When::Window, |_, sample| sample.header.substeps as f64));
-            self.add("smallest_gap", "m", Source::Run(When::Window, |_, sample| sample.header.smallest_gap));
-            self.add(
-                "largest_overlap",
-                "m",
-                Source::Run(When::Window, |_, sample| sample.header.largest_overlap),
-            );
+            self.add_run("substeps", "-", When::Window, |_, sample| sample.header.substeps as f64);
+            self.add_run("smallest_gap", "m", When::Window, |_, sample| sample.header.smallest_gap);
+            self.add_run("largest_overlap", "m", When::Window, |_, sample| sample.header.largest_overlap);
         }
         if sides.motion && !self.free.is_empty() {
-            self.add("kinetic_energy", "J", Source::Run(When::End, Columns::kinetic_energy));
+            self.add_run("kinetic_energy", "J", When::End, Self::kinetic_energy);
         }
         if sides.motion && self.free.len() > 1 && geometry != Geometry::Axisymmetric {
-            self.add(
-                "run_out",
-                "m",
-                Source::Run(When::End, |columns, sample| columns.extent(sample, 0) - columns.front),
-            );
-            self.add(
-                "height",
-                "m",
-                Source::Run(When::End, |columns, sample| columns.extent(sample, 2) - columns.floor),
-            );
+            self.add_run("run_out", "m", When::End, |own, sample| own.extent(sample, 0) - own.front);
+            self.add_run("height", "m", When::End, |own, sample| own.extent(sample, 2) - own.floor);
         }
         for (index, extra) in extras.iter().enumerate() {
             self.add(&extra.name, &extra.unit, Source::Extra(extra.when, index));
@@ -320,7 +301,7 @@ impl Columns {
         };
         for quantity in QUANTITIES.iter().filter(seen) {
             for axis in quantity.components(geometry) {
-                let component = if quantity.form == Form::Scalar { "" } else { ["_x", "_y", "_z"][*axis] };
+                let component = if quantity.form == Scalar { "" } else { ["_x", "_y", "_z"][*axis] };
                 let name = format!("{}{component}[{grain}]", quantity.name);
                 self.add(&name, quantity.unit, Source::Grain(quantity, *axis, grain));
             }
@@ -403,12 +384,11 @@ impl Columns {
 
     /// Σ ½ m v² + ½ I ω² over the free grains, J (plane: per unit depth).
     fn kinetic_energy(&self, sample: &Sample) -> f64 {
-        let square = |vector: &[f64; 3]| vector.iter().map(|x| x * x).sum::<f64>();
         let energy = |grain: &FreeGrain| {
-            let motion = sample.kinematics.get(grain.index)?;
-            Some(0.5 * (grain.mass * square(&motion.velocity) + grain.inertia * square(&motion.spin)))
+            let motion = sample.kinematics.get(grain.index);
+            motion.map_or(f64::NAN, |motion| motion.kinetic_energy(grain.mass, grain.inertia))
         };
-        self.free.iter().map(|grain| energy(grain).unwrap_or(f64::NAN)).sum()
+        self.free.iter().map(energy).sum()
     }
 
     /// Largest coordinate of a free grain's surface along `axis`, m; NaN before there is one.

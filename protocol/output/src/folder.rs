@@ -9,7 +9,6 @@ use crate::columns::observed_grains;
 use crate::error::OutputError;
 use crate::file::atomic_write;
 use bedload_scene::CheckedScene;
-use protocol::facts::{DemFacts, FluidFacts};
 
 /// First words of the `scene.toml` of an output folder: how Bedload knows its own.
 const MARKER: &str = "# Bedload output:";
@@ -66,6 +65,10 @@ const BEGUN: &str = "scene.toml.tmp";
 const FIELD_EXTENSIONS: [&str; 8] = ["vtr", "pvtr", "vtu", "vtp", "vti", "pvd", "csv", "tmp"];
 const CHECKPOINT_NAMES: [&str; 4] = ["fluid", "dem", "coupler", "loop"];
 
+/// What the fluid, the DEM and the coupler made of their sections of a scene; one that is not given stays as
+/// the user wrote it.
+pub type Sections<'a> = [Option<&'a toml::Table>; 3];
+
 /// The folder of one run.
 #[derive(Clone, Debug)]
 pub struct OutputFolder {
@@ -99,21 +102,25 @@ impl OutputFolder {
             folder.remove_run()?;
         }
         // First, so that the folder is known for ours whenever this ends.
-        folder.write_scene(scene, None, None, None)?;
-        for path in [folder.fields(), folder.checkpoint()] {
+        folder.write_scene(scene, [None; 3])?;
+        folder.with_its_folders()
+    }
+
+    /// Makes the folders in it that are not there.
+    fn with_its_folders(self) -> Result<Self, OutputError> {
+        for path in [self.fields(), self.checkpoint()] {
             fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
         }
-        Ok(folder)
+        Ok(self)
     }
 
     /// A run that the scene starts from, or a table that it reads, would be emptied with the folder.
     fn refuse_needed(&self, scene: &CheckedScene) -> Result<(), OutputError> {
         let Ok(root) = self.root.canonicalize() else { return Ok(()) };
         let inside = |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&root));
-        match scene.source.files().into_iter().find(|(_, path)| inside(path)) {
-            None => Ok(()),
-            Some((key, needed)) => Err(OutputError::Needed { path: self.root.clone(), key, needed }),
-        }
+        let needed = scene.source.files().into_iter().find(|(_, path)| inside(path));
+        let Some((key, needed)) = needed else { return Ok(()) };
+        Err(OutputError::Needed { path: self.root.clone(), key, needed })
     }
 
     /// Does the folder that this process claimed still stand at its path? Where another was put there, such
@@ -135,10 +142,7 @@ impl OutputFolder {
     pub fn open(root: &Path) -> Result<Self, OutputError> {
         let folder = Self { root: root.to_owned(), claim: None };
         folder.require_marker().map_err(|_| OutputError::NoRun(root.to_owned()))?;
-        for path in [folder.fields(), folder.checkpoint()] {
-            fs::create_dir_all(&path).map_err(OutputError::file("make the folder", &path))?;
-        }
-        Ok(folder)
+        folder.with_its_folders()
     }
 
     /// Opens the folder of an earlier run, to go on with it.
@@ -157,20 +161,13 @@ impl OutputFolder {
         Ok(Self { root: root.to_owned(), claim: Some(Arc::new(Claim::of(root)?)) })
     }
 
-    /// Writes `scene.toml` with every default written out; sections that are not given stay as
-    /// the user wrote them.
+    /// Writes `scene.toml` with every default written out.
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn write_scene(
-        &self,
-        scene: &CheckedScene,
-        fluid: Option<&FluidFacts>,
-        dem: Option<&DemFacts>,
-        coupling: Option<&toml::Table>,
-    ) -> Result<(), OutputError> {
+    pub fn write_scene(&self, scene: &CheckedScene, sections: Sections) -> Result<(), OutputError> {
         let path = self.scene();
-        let body = resolved_scene(scene, fluid, dem, coupling)
+        let body = resolved_scene(scene, sections)
             .map_err(|error| OutputError::Content { path: path.clone(), what: error.to_string() })?;
         // A name with a line break would end the comment.
         let name = scene.source.file.replace(['\n', '\r'], " ");
@@ -187,15 +184,9 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn write_scene_in_full(
-        &self,
-        scene: &CheckedScene,
-        fluid: Option<&FluidFacts>,
-        dem: Option<&DemFacts>,
-        coupling: Option<&toml::Table>,
-    ) -> Result<(), OutputError> {
+    pub fn write_scene_in_full(&self, scene: &CheckedScene, sections: Sections) -> Result<(), OutputError> {
         let path = self.scene_in_full();
-        let body = resolved_scene(&in_full(scene), fluid, dem, coupling)
+        let body = resolved_scene(&in_full(scene), sections)
             .map_err(|error| OutputError::Content { path: path.clone(), what: error.to_string() })?;
         atomic_write(&path, body.as_bytes())
     }
@@ -222,10 +213,8 @@ impl OutputFolder {
     pub fn is_finished_to(&self, until: f64) -> bool {
         let text = protocol::input_file::read_text(&self.scene()).unwrap_or_default();
         let old: toml::Table = toml::from_str(&text).unwrap_or_default();
-        let end = old
-            .get("until")
-            .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
-        self.is_finished() && end.is_some_and(|end| until <= end)
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+        self.is_finished() && old.get("until").and_then(number).is_some_and(|end| until <= end)
     }
 
     /// Removes the summary of the run that now goes on: it speaks of what has been, not of what will be.
@@ -244,12 +233,10 @@ impl OutputFolder {
     }
 
     fn require_marker(&self) -> Result<(), OutputError> {
-        let ours =
-            protocol::input_file::read(&self.scene()).is_ok_and(|bytes| bytes.starts_with(MARKER.as_bytes()));
-        if ours {
-            return Ok(());
+        match protocol::input_file::read(&self.scene()) {
+            Ok(bytes) if bytes.starts_with(MARKER.as_bytes()) => Ok(()),
+            _ => Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER }),
         }
-        Err(OutputError::Foreign { path: self.root.clone(), marker: MARKER })
     }
 
     /// Removes the files of the last run, but for `scene.toml`, which marks the folder as ours and is
@@ -400,7 +387,7 @@ fn remove_files(folder: &Path, ours: impl Fn(&Path) -> bool) -> Result<(), Outpu
 /// The scene with every grain that is there from the start as one of `grains`.
 pub fn in_full(scene: &CheckedScene) -> CheckedScene {
     let mut full = scene.clone();
-    full.scene.grains = scene.grains[..scene.grains.len() - scene.inserted.len()].to_vec();
+    full.scene.grains = scene.grains[..scene.present()].to_vec();
     full.scene.grain_files.clear();
     full.scene.rough_walls.clear();
     full.scene.groups.clear();
@@ -412,24 +399,13 @@ pub fn in_full(scene: &CheckedScene) -> CheckedScene {
 ///
 /// # Errors
 /// If a value has no TOML form.
-pub fn resolved_scene(
-    scene: &CheckedScene,
-    fluid: Option<&FluidFacts>,
-    dem: Option<&DemFacts>,
-    coupling: Option<&toml::Table>,
-) -> Result<String, toml::ser::Error> {
+pub fn resolved_scene(scene: &CheckedScene, sections: Sections) -> Result<String, toml::ser::Error> {
     let mut resolved = scene.scene.clone();
-    let observed = observed_grains(scene);
-    resolved.observe.grains = Some(observed);
+    resolved.observe.grains = Some(observed_grains(scene));
     resolved.observe.fields_every.get_or_insert(0.0);
-    if let Some(fluid) = fluid {
-        resolved.fluid.clone_from(&fluid.resolved);
-    }
-    if let Some(dem) = dem {
-        resolved.dem.clone_from(&dem.resolved);
-    }
-    if let Some(coupling) = coupling {
-        resolved.coupling.clone_from(coupling);
+    let written = [&mut resolved.fluid, &mut resolved.dem, &mut resolved.coupling];
+    for (written, section) in written.into_iter().zip(sections) {
+        section.iter().for_each(|section| written.clone_from(section));
     }
     toml::to_string_pretty(&resolved)
 }

@@ -45,7 +45,7 @@ impl Observer {
     /// # Errors
     /// If a metric names an unknown column.
     pub fn check(scene: &CheckedScene, sides: Sides) -> Result<(), SceneError> {
-        Metrics::new(scene, &Columns::new(scene, sides), sides).map(|_| ())
+        Metrics::new(scene, &Columns::new(scene, sides), sides).map(drop)
     }
 
     /// Watches a new run: starts `series.csv`.
@@ -105,8 +105,7 @@ impl Observer {
         let row = self.columns.fill(sample);
         self.metrics.record(sample, row);
         self.tally.record(sample.window, sample.header.substeps);
-        self.series.record(row)?;
-        Ok(())
+        self.series.record(row).map(drop)
     }
 
     /// The state for a checkpoint, after every row has been put on the disk.

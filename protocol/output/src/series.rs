@@ -2,7 +2,7 @@
 //!
 //! Numbers have the fewest digits that read back to the same bits.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -65,11 +65,8 @@ impl SeriesWriter {
     /// [`OutputError::Content`] if the file has other columns, or does not begin with what stood there at the
     /// mark; [`OutputError::File`].
     pub fn resume(path: &Path, names: &[String], every: f64, mark: &SeriesMark) -> Result<Self, OutputError> {
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(path)
-            .map_err(OutputError::file("resume", path))?;
+        let file = File::options().read(true).write(true).open(path);
+        let mut file = file.map_err(OutputError::file("resume", path))?;
         let wrong = |what: String| OutputError::Content { path: path.to_owned(), what };
         let first = header(names).map_err(OutputError::file("read", path))?;
         let written = digested(&mut file, mark.bytes, &first)
@@ -104,7 +101,7 @@ impl SeriesWriter {
     /// [`OutputError::File`].
     pub fn record(&mut self, row: &[f64]) -> Result<bool, OutputError> {
         if self.every > 0.0 {
-            let now = period(row[0], self.every);
+            let now = (row[0] / self.every + EARLY).floor() as i64;
             if now <= self.last {
                 return Ok(false);
             }
@@ -164,11 +161,6 @@ fn write_number(out: &mut impl Write, value: f64) -> io::Result<()> {
     } else {
         write!(out, "{value}")
     }
-}
-
-/// Number of the period that `time` lies in.
-fn period(time: f64, every: f64) -> i64 {
-    if every > 0.0 { (time / every + EARLY).floor() as i64 } else { 0 }
 }
 
 /// The first line, with its end.

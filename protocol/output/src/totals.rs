@@ -169,7 +169,7 @@ struct Stress {
     /// (ρ_p − ρ) g D, Pa.
     weight: f64,
     /// Forces on the upper face by component, among the extras: of the fluid, and of contacts.
-    top: Vec<(usize, usize)>,
+    top: [[usize; 2]; 3],
 }
 
 impl Bed {
@@ -230,20 +230,14 @@ impl Bed {
                 _ => {}
             }
         }
-        let top = |name: &str, c: usize| {
-            let place = at(&format!("{name}_{}_upper_{}", LETTERS[across], LETTERS[c]));
-            place.unwrap_or(usize::MAX)
-        };
+        let at_top = |name: &str, c: usize| at(&format!("{name}_{}_upper_{}", LETTERS[across], LETTERS[c]));
+        let top = |c: usize| [FLUID_ON, CONTACTS_ON].map(|name| at_top(name, c).unwrap_or(usize::MAX));
+        let flow = scene.scene.medium.as_ref().and_then(|medium| medium.flow_rate.as_ref());
         let stress = totals.has(&[Total::Shields]).then(|| Stress {
             balance: StressBalance::of(scene, totals.axis),
-            held: scene
-                .scene
-                .medium
-                .as_ref()
-                .and_then(|m| m.flow_rate.as_ref())
-                .map(|flow| flow.axis.component()),
+            held: flow.map(|flow| flow.axis.component()),
             weight: weight_per_area(scene),
-            top: (0..3).map(|c| (top(FLUID_ON, c), top(CONTACTS_ON, c))).collect(),
+            top: [0, 1, 2].map(top),
         });
         let counted = |grain: &bedload_scene::Grain| Counted {
             volume: grain.volume(),
@@ -365,7 +359,7 @@ impl Bed {
                 let along = (0..3).filter(|c| *c != self.across && !(self.discs && *c == 1));
                 let square = along.map(|c| {
                     let held = if stress.held == Some(c) { extra(0).unwrap_or(f64::NAN) } else { 0.0 };
-                    let (fluid, contacts) = stress.top[c];
+                    let [fluid, contacts] = stress.top[c];
                     let top = extra(fluid).unwrap_or(f64::NAN) + extra(contacts).unwrap_or(0.0);
                     ((drive[c] - held) * above - top / self.area).powi(2)
                 });

@@ -49,7 +49,7 @@ pub struct Table<T> {
 }
 
 /// offset + amplitude · sin(2π frequency t + phase).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Sine<T> {
     /// Amplitude.
     pub amplitude: T,
@@ -82,31 +82,26 @@ impl<T: PartialEq> PartialEq<T> for OverTime<T> {
 
 impl<T: Quantity> OverTime<T> {
     /// A table of its rows, times ascending.
-    #[must_use]
     pub fn table(rows: Vec<(f64, T)>) -> Self {
         Self::Table(Arc::new(Table::new(rows, None)))
     }
 
     /// A sine.
-    #[must_use]
     pub fn sine(sine: Sine<T>) -> Self {
         Self::Sine(Arc::new(sine))
     }
 
     /// The constant that it is, if it is one.
-    #[must_use]
     pub fn constant(&self) -> Option<T> {
         if let Self::Constant(value) = self { Some(*value) } else { None }
     }
 
     /// Whether it changes, or may.
-    #[must_use]
     pub fn varies(&self) -> bool {
         self.constant().is_none()
     }
 
     /// The value at time `t`, s.
-    #[must_use]
     pub fn at(&self, t: f64) -> T {
         match self {
             Self::Constant(value) => *value,
@@ -116,13 +111,11 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// The value at t = 0.
-    #[must_use]
     pub fn start(&self) -> T {
         self.at(0.0)
     }
 
     /// The mean from `from` to `to`, s.
-    #[must_use]
     pub fn mean(&self, from: f64, to: f64) -> T {
         match self {
             Self::Constant(value) => *value,
@@ -137,7 +130,6 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// The integral from 0 to `t`, s.
-    #[must_use]
     pub fn integral(&self, t: f64) -> T {
         match self {
             Self::Table(table) => table.integral(t).plus(-1.0, &table.integral(0.0)),
@@ -147,7 +139,6 @@ impl<T: Quantity> OverTime<T> {
 
     /// ∫ (value − mean) (to − t) dt between two times, s: where the value is an acceleration, how far a path
     /// leads that of its mean, m.
-    #[must_use]
     pub fn lead(&self, from: f64, to: f64) -> T {
         match self {
             Self::Constant(_) => T::ZERO,
@@ -164,7 +155,6 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// What is linear in the value, such as a component: the same function of time of `of`(value).
-    #[must_use]
     pub fn map<U: Quantity>(&self, of: impl Fn(&T) -> U) -> OverTime<U> {
         match self {
             Self::Constant(value) => OverTime::Constant(of(value)),
@@ -192,14 +182,12 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// Whether all its values are zero.
-    #[must_use]
     pub fn is_zero(&self) -> bool {
         self.extremes().all(|value| value == T::ZERO)
     }
 
     /// The lowest and the highest value of each component from 0 to `until`, s; of a sine those of its whole
     /// period.
-    #[must_use]
     pub fn range(&self, until: f64) -> [T; 2] {
         let mut values = self.values(until);
         let first = values.next().unwrap_or(T::ZERO);
@@ -213,7 +201,6 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// The value of each component that is largest in size from 0 to `until`, s.
-    #[must_use]
     pub fn peak(&self, until: f64) -> T {
         let [low, mut peak] = self.range(until);
         for (peak, low) in peak.numbers_mut().iter_mut().zip(low.numbers()) {
@@ -223,14 +210,12 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// The longest value from 0 to `until`, s; of a sine that of its whole period.
-    #[must_use]
     pub fn longest(&self, until: f64) -> T {
         let longer = |a: T, b: T| if length(&b) > length(&a) { b } else { a };
         self.values(until).fold(T::ZERO, longer)
     }
 
     /// Its length.
-    #[must_use]
     pub fn largest(&self, until: f64) -> f64 {
         length(&self.longest(until))
     }
@@ -250,13 +235,12 @@ impl<T: Quantity> OverTime<T> {
     }
 
     /// Largest length of its rate of change from 0 to `until`, s.
-    #[must_use]
     pub fn fastest(&self, until: f64) -> f64 {
         match self {
             Self::Constant(_) => 0.0,
             Self::Table(table) => {
-                let slopes = table.slopes().filter(|(from, to, _)| *to > 0.0 && *from < until);
-                slopes.map(|(_, _, slope)| slope).fold(0.0, f64::max)
+                let slopes = table.slopes_from(0.0).filter(|(from, _)| *from < until);
+                slopes.map(|(_, slope)| slope).fold(0.0, f64::max)
             }
             Self::Sine(sine) => TAU * sine.frequency * length(&sine.amplitude),
         }
@@ -265,7 +249,6 @@ impl<T: Quantity> OverTime<T> {
     /// The longest step from `t` on, s, that resolves the change: a hundredth of a period, or, where a table
     /// changes, a sixteenth of the time in which it would go from zero to its largest value. A step may reach
     /// a row from which on the table changes faster, and no farther than such a part of what follows.
-    #[must_use]
     pub fn longest_step(&self, t: f64) -> f64 {
         match self {
             Self::Constant(_) => f64::INFINITY,
@@ -274,7 +257,7 @@ impl<T: Quantity> OverTime<T> {
             Self::Table(table) => {
                 let largest = table.rows.iter().map(|(_, value)| length(value)).fold(0.0, f64::max);
                 let mut longest = f64::INFINITY;
-                for (from, _, slope) in table.slopes_from(t) {
+                for (from, slope) in table.slopes_from(t) {
                     if from - t >= longest {
                         break;
                     }
@@ -289,7 +272,6 @@ impl<T: Quantity> OverTime<T> {
 impl OverTime<[f64; 3]> {
     /// Whether all its values lie along one line, to round-off: an angular velocity about an axis that keeps
     /// its direction.
-    #[must_use]
     pub fn is_along_one_line(&self) -> bool {
         let axis = self.longest(f64::INFINITY);
         let size = axis.iter().map(|w| w * w).sum::<f64>();
@@ -297,7 +279,6 @@ impl OverTime<[f64; 3]> {
     }
 
     /// `v` turned from 0 to `t`, s, at this angular velocity, rad/s: exact where its axis stays the same.
-    #[must_use]
     pub fn turn(&self, v: &[f64; 3], t: f64) -> [f64; 3] {
         let turned = self.integral(t);
         let angle = length(&turned);
@@ -313,14 +294,12 @@ impl OverTime<[f64; 3]> {
 }
 
 /// a × b.
-#[must_use]
 pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
 }
 
 /// The value of a sum that is largest in size from 0 to `until`, s: exact for tables; amplitudes of sines are
 /// added to it.
-#[must_use]
 pub fn peak_of_sum(terms: &[OverTime<f64>], until: f64) -> f64 {
     let (mut swing, mut times) = (0.0, vec![0.0, until]);
     for term in terms {
@@ -348,7 +327,6 @@ impl<T: Quantity> Sine<T> {
 impl<T: Quantity> Table<T> {
     /// Rows with ascending times, and the file that they are read from; of a file that is still to be read
     /// there are none.
-    #[must_use]
     pub fn new(rows: Vec<(f64, T)>, file: Option<PathBuf>) -> Self {
         let mut way = T::ZERO;
         let steps = rows.windows(2).map(|pair| {
@@ -424,20 +402,11 @@ impl<T: Quantity> Table<T> {
         sum
     }
 
-    /// Start, end and slope of each part.
-    fn slopes(&self) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        slopes(&self.rows)
+    /// Start and slope of each part that ends after `t`.
+    fn slopes_from(&self, t: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.rows[self.before(t).saturating_sub(1)..].windows(2).map(|pair| {
+            let ((from, a), (to, b)) = (&pair[0], &pair[1]);
+            (*from, length(&b.plus(-1.0, a)) / (to - from))
+        })
     }
-
-    /// The same of those that end after `t`.
-    fn slopes_from(&self, t: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        slopes(&self.rows[self.before(t).saturating_sub(1)..])
-    }
-}
-
-fn slopes<T: Quantity>(rows: &[(f64, T)]) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-    rows.windows(2).map(|pair| {
-        let ((from, a), (to, b)) = (&pair[0], &pair[1]);
-        (*from, *to, length(&b.plus(-1.0, a)) / (to - from))
-    })
 }

@@ -15,7 +15,7 @@ use crate::{OverTime, Quantity, Sine, Table};
 
 /// A value over time: a constant; rows `[t, value]`, linear between them and constant outside; a CSV file of
 /// such rows; or offset + amplitude · sin(2π frequency t + phase).
-#[derive(Serialize, JsonSchema)]
+#[derive(JsonSchema)]
 #[serde(untagged)]
 #[allow(dead_code)]
 enum Written<T> {
@@ -26,7 +26,7 @@ enum Written<T> {
 }
 
 /// A table in a file.
-#[derive(Deserialize, Serialize, JsonSchema)]
+#[derive(Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FileTable {
     /// CSV file with a column `t`, s, and `x`, `y`, `z` of a vector, `value` of a number; looked up from the
@@ -35,8 +35,9 @@ struct FileTable {
 }
 
 /// offset + amplitude · sin(2π frequency t + phase).
-#[derive(Deserialize, Serialize, JsonSchema)]
+#[derive(JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[allow(dead_code)]
 struct SineTable<T> {
     /// Amplitude, in the unit of the key.
     amplitude: T,
@@ -79,13 +80,7 @@ impl<T: Quantity> Serialize for OverTime<T> {
                 Some(file) if table.rows.is_empty() => FileTable { file: file.clone() }.serialize(to),
                 _ => table.rows.serialize(to),
             },
-            Self::Sine(sine) => SineTable {
-                amplitude: sine.amplitude,
-                frequency: sine.frequency,
-                phase: sine.phase,
-                offset: Some(sine.offset),
-            }
-            .serialize(to),
+            Self::Sine(sine) => sine.serialize(to),
         }
     }
 }

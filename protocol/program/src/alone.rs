@@ -254,7 +254,8 @@ impl<S: Solver> Setup for Alone<'_, S> {
 
     fn write_scene(&self) -> Result<(), Failure> {
         let (fluid, dem) = S::facts_by_role(self.facts);
-        Ok(self.folder.write_scene(self.scene, fluid, dem, None)?)
+        let sections = [fluid.map(|facts| &facts.resolved), dem.map(|facts| &facts.resolved), None];
+        Ok(self.folder.write_scene(self.scene, sections)?)
     }
 
     fn start(&self, from: Option<(PathBuf, AloneState)>) -> Result<(InProcess<S>, AloneSchedule), Failure> {

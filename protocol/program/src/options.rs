@@ -7,7 +7,7 @@ use bedload_output::{OutputError, OutputFolder};
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 
 /// `run SCENE [--out DIR] [--until T] [--set KEY=VALUE]… [--threads N] [--resume] [--no-record]`.
-#[derive(Clone, Debug, PartialEq, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct RunOptions {
     /// Scene file (TOML)
     pub scene: PathBuf,
@@ -43,18 +43,7 @@ pub struct RunOptions {
 impl RunOptions {
     /// Options that ask for nothing but a scene.
     pub fn of_scene(scene: &Path) -> Self {
-        Self {
-            scene: scene.to_owned(),
-            out: None,
-            until: None,
-            overrides: Vec::new(),
-            threads: None,
-            resume: false,
-            overwrite: false,
-            no_record: false,
-            fields_every: None,
-            no_commands: false,
-        }
+        Self { scene: scene.to_owned(), ..Self::default() }
     }
 
     /// The scene, with `--set` and then `--until` applied, read and checked, and with the time between field

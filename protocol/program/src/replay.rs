@@ -330,21 +330,19 @@ fn check<P: Participant>(participant: &P, log: &LogReader, options: &ReplayOptio
     let (file, manifest) = (log.name(), log.manifest());
     let (ours, theirs) = (participant.grains(), manifest.grains());
     if ours != theirs {
-        return Err(Failure::Run(format!(
-            "{file}: it has {theirs} grains, the solver {ours}: use the log's own scene"
-        )));
+        let what = format!("it has {theirs} grains, the solver {ours}: use the log's own scene");
+        return Err(Failure::Run(format!("{file}: {what}")));
     }
-    if manifest.first_step > 0 && options.checkpoint.is_none() {
-        let first = manifest.first_step;
-        return Err(Failure::Run(format!(
-            "{file}: it begins at step {first}: name the checkpoint of that step"
-        )));
+    let first = manifest.first_step;
+    if first > 0 && options.checkpoint.is_none() {
+        let what = format!("it begins at step {first}: name the checkpoint of that step");
+        return Err(Failure::Run(format!("{file}: {what}")));
     }
     let named = options.checkpoint.as_ref().and_then(|folder| Some((folder, step_of(folder)?)));
-    if let Some((folder, step)) = named.filter(|(_, step)| *step != manifest.first_step) {
-        let (folder, first) = (folder.display(), manifest.first_step);
+    if let Some((folder, step)) = named.filter(|(_, step)| *step != first) {
         return Err(Failure::Input(format!(
-            "--checkpoint {folder} is of step {step}, and {file} begins at step {first}: {}",
+            "--checkpoint {} is of step {step}, and {file} begins at step {first}: {}",
+            folder.display(),
             if first > 0 { "name the checkpoint of that step" } else { "leave it out" }
         )));
     }

@@ -53,15 +53,13 @@ pub fn run<S: Setup>(job: &Job<'_>, setup: &S) -> Result<(), Failure> {
     let (scene, folder) = (job.scene, job.folder);
     let mut from: Option<From<S>> = None;
     if job.resume {
-        let (path, state) =
-            checkpoint::latest::<<S::Schedule as Schedule>::State>(folder, &scene.state_sha256())?;
+        let (path, state): From<S> = checkpoint::latest(folder, &scene.state_sha256())?;
         // A run of another scene, or of one that ends earlier, is refused before it is called finished.
         scene.goes_on_from(state.observer.tally.simulated)?;
         if folder.is_finished_to(scene.scene.until) {
-            let root = folder.root().display();
+            let (program, root) = (job.program, folder.root().display());
             protocol::tell!(
-                "{}: {root} is finished: nothing to do; --until with a later time goes on",
-                job.program
+                "{program}: {root} is finished: nothing to do; --until with a later time goes on"
             );
             return Ok(());
         }
@@ -158,16 +156,13 @@ fn once<S: Setup>(
 /// would cost every run. The windows before are done again instead, bit for bit, from the last whole
 /// checkpoint or from the start: at most `coupling.checkpoint_every` of work, and only after a failure.
 fn rewind<S: Setup>(job: &Job<'_>, setup: &S, step: u64) -> Result<String, Failure> {
-    let from =
-        checkpoint::latest::<<S::Schedule as Schedule>::State>(job.folder, &job.scene.state_sha256()).ok();
+    let from: Option<From<S>> = checkpoint::latest(job.folder, &job.scene.state_sha256()).ok();
     let start = from.as_ref().map_or(0, |(_, state)| state.observer.tally.windows);
     if from.is_some() && start == step {
         return Ok(format!("the checkpoint stands at step {step}, before the failure"));
     }
-    protocol::tell!(
-        "{}: doing steps {start} to {step} again for a checkpoint before the failure",
-        job.program
-    );
+    let program = job.program;
+    protocol::tell!("{program}: doing steps {start} to {step} again for a checkpoint before the failure");
     // What was measured stands in the summary of the run that failed.
     let mut summary = Summary::new(job.scene, VERSION);
     match once(job, setup, from, Some(step), &mut summary, &mut None)? {

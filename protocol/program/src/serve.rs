@@ -20,15 +20,11 @@ where
     S: Solver,
     S::Incoming: Wire<Answer = S::Outgoing>,
 {
+    let missing = "no coupler to join: `bedload run` starts this command and passes --connect";
     let rendezvous = match connect {
-        Some(token) => Some(Rendezvous::parse(token)),
-        None => Rendezvous::from_environment().transpose(),
+        Some(token) => Rendezvous::parse(token)?,
+        None => Rendezvous::from_environment()?.ok_or_else(|| ExchangeError::Transport(missing.into()))?,
     };
-    let missing = || {
-        let what = "no coupler to join: `bedload run` starts this command and passes --connect";
-        ExchangeError::Transport(what.into())
-    };
-    let rendezvous = rendezvous.ok_or_else(missing).flatten()?;
     let scene = options.read_scene()?;
     let out = options.out_path();
     let mut solver = S::build(&scene, &out)?;

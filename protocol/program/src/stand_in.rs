@@ -58,7 +58,7 @@ impl<In: Record, Out: Record> Exchange<In, Out> for StandIn<In, Out> {
         let window = Some((header.step, header.attempt));
         if std::mem::replace(&mut self.sent, window) == window {
             let what = format!("{} sent twice in window {}", Out::NAME, header.step);
-            return Err(ExchangeError::Order { what });
+            return Err(ExchangeError::Order(what));
         }
         self.header = header;
         fill(&mut self.outgoing);
@@ -73,7 +73,7 @@ impl<In: Record, Out: Record> Exchange<In, Out> for StandIn<In, Out> {
         let asked = Some((window.step, window.attempt));
         if std::mem::replace(&mut self.received, asked) == asked {
             let what = format!("{} asked for twice in window {}", In::NAME, window.step);
-            return Err(ExchangeError::Order { what });
+            return Err(ExchangeError::Order(what));
         }
         match (&self.given, &self.answer) {
             (Some(header), _) if Some((header.step, header.attempt)) != asked => {
@@ -81,7 +81,7 @@ impl<In: Record, Out: Record> Exchange<In, Out> for StandIn<In, Out> {
                     "window {} attempt {} asked for, the log is at {} attempt {}",
                     window.step, window.attempt, header.step, header.attempt
                 );
-                return Err(ExchangeError::Order { what });
+                return Err(ExchangeError::Order(what));
             }
             (Some(header), _) => read(header, &self.incoming),
             (None, Some(answer)) => {
@@ -90,7 +90,7 @@ impl<In: Record, Out: Record> Exchange<In, Out> for StandIn<In, Out> {
             }
             (None, None) => {
                 let what = format!("the log has no {}: that solver took no part", In::NAME);
-                return Err(ExchangeError::Order { what });
+                return Err(ExchangeError::Order(what));
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Speeds and energies that nothing in a scene leads to: such a run is no result.
 
 use bedload_scene::speeds::{Speeds, norm};
-use bedload_scene::{CheckedScene, Motion, OverTime};
+use bedload_scene::{CheckedScene, Grain, Motion, OverTime};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
@@ -130,16 +130,15 @@ impl Energy {
     pub(crate) fn new(scene: &CheckedScene, contact_time: f64, seen: Seen) -> Self {
         let shared = &scene.scene;
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
+        let of = |(index, grain): (usize, &Grain)| {
+            let mass = grain.mass();
+            Free { grain: index, mass, inertia: mass * grain.gyration() }
+        };
         let g = shared.largest_gravity();
         let mut limit = SpeedLimit::new(scene);
         limit.admit(seen.start);
         Self {
-            free: free()
-                .map(|(index, grain)| {
-                    let mass = grain.mass();
-                    Free { grain: index, mass, inertia: mass * grain.gyration() }
-                })
-                .collect(),
+            free: free().map(of).collect(),
             gravity: shared.gravity.clone(),
             periods: shared.domain.periods().map(|period| period.map(|(_, length)| length)),
             stored: free().map(|(_, grain)| grain.mass() * g * grain.radius).sum(),
@@ -173,7 +172,7 @@ impl Energy {
             if found.is_some() {
                 return found;
             }
-            let energy = free.kinetic(now);
+            let energy = now.kinetic_energy(free.mass, free.inertia);
             kinetic += energy;
             given += match &self.last {
                 Some((_, before)) if before[free.grain].is_there() => {
@@ -218,13 +217,6 @@ impl Energy {
             (free.mass * gravity[c] + load[c]) * (way + period)
         };
         (0..3).map(along).sum()
-    }
-}
-
-impl Free {
-    fn kinetic(&self, motion: &Kinematics) -> f64 {
-        let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
-        0.5 * (self.mass * square(&motion.velocity) + self.inertia * square(&motion.spin))
     }
 }
 

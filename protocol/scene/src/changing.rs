@@ -41,12 +41,8 @@ pub fn changing(scene: &CheckedScene) -> Vec<Changing> {
     }
     for (index, wall) in walls.iter().enumerate() {
         for (part, unit, value) in [("velocity", "m/s", &wall.velocity), ("spin", "rad/s", &wall.spin)] {
-            add(
-                format!("walls[{index}].{part}"),
-                [format!("wall_{part}"), format!("[{index}]")],
-                unit,
-                value,
-            );
+            let name = [format!("wall_{part}"), format!("[{index}]")];
+            add(format!("walls[{index}].{part}"), name, unit, value);
         }
     }
     for (index, grain) in grains.iter().enumerate().filter(|(_, grain)| grain.wall.is_none()) {
@@ -56,26 +52,19 @@ pub fn changing(scene: &CheckedScene) -> Vec<Changing> {
             add(format!("grains[{index}].{part}"), name, unit, value);
         }
     }
+    let number = |key: String, name: [String; 2], unit, value: &OverTime<f64>| {
+        let along_x = value.map(|value| [*value, 0.0, 0.0]);
+        value.varies().then_some(Changing { key, name, unit, value: along_x, scalar: true })
+    };
     for (index, wall) in walls.iter().enumerate() {
-        if let Some(pressure) = wall.servo.as_ref().map(|servo| &servo.pressure).filter(|it| it.varies()) {
-            all.push(Changing {
-                key: format!("walls[{index}].servo.pressure"),
-                name: ["servo_pressure".to_owned(), format!("[{index}]")],
-                unit: "Pa",
-                value: pressure.map(|pressure| [*pressure, 0.0, 0.0]),
-                scalar: true,
-            });
+        if let Some(servo) = &wall.servo {
+            let name = ["servo_pressure".to_owned(), format!("[{index}]")];
+            all.extend(number(format!("walls[{index}].servo.pressure"), name, "Pa", &servo.pressure));
         }
     }
-    let flow = medium.as_ref().and_then(|medium| medium.flow_rate.as_ref());
-    if let Some(mean) = flow.map(|flow| &flow.mean_velocity).filter(|mean| mean.varies()) {
-        all.push(Changing {
-            key: "medium.flow_rate.mean_velocity".into(),
-            name: plain("mean_flow"),
-            unit: "m/s",
-            value: mean.map(|mean| [*mean, 0.0, 0.0]),
-            scalar: true,
-        });
+    if let Some(flow) = medium.as_ref().and_then(|medium| medium.flow_rate.as_ref()) {
+        let key = "medium.flow_rate.mean_velocity".to_owned();
+        all.extend(number(key, plain("mean_flow"), "m/s", &flow.mean_velocity));
     }
     all
 }

@@ -109,11 +109,8 @@ impl CheckedScene {
     /// `[chart]` and `[stability]` do not count: they say which other runs to make, and nothing about this
     /// one.
     pub fn sha256(&self) -> String {
-        let text = self.source.without_sweeps();
-        match &self.files_sha256 {
-            Some(files) => hexadecimal(format!("{text}{files}").as_bytes()),
-            None => hexadecimal(text.as_bytes()),
-        }
+        let (text, files) = (self.source.without_sweeps(), self.files_sha256.as_deref().unwrap_or_default());
+        hexadecimal(format!("{text}{files}").as_bytes())
     }
 
     /// SHA-256 in hexadecimal of what the scene says, its end aside, and, behind a `-`, of the files that it
@@ -132,14 +129,12 @@ impl CheckedScene {
     /// At `until`.
     pub fn goes_on_from(&self, time: f64) -> Result<(), SceneError> {
         let until = self.scene.until;
-        if time <= until {
-            return Ok(());
-        }
-        Err(self.source.error(
+        self.source.refuse_if(
+            time > until,
             "until",
-            format!("is {until} s, but the run stands at t = {time} s already"),
+            format_args!("is {until} s, but the run stands at t = {time} s already"),
             "give a later --until, or start anew without --resume",
-        ))
+        )
     }
 }
 

@@ -5,6 +5,9 @@ use std::ops::Range;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use protocol::printable::{printable, printable_in_place};
 
+/// What a check of a scene gives.
+pub(crate) type Check = Result<(), SceneError>;
+
 /// What is wrong in a scene, and where.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{}: {message}", self.place())]

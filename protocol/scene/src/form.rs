@@ -1,13 +1,11 @@
 //! The form of every grain that is written out: what its shape needs is there and makes a body.
 
 use crate::domain::Geometry;
-use crate::error::SceneError;
+use crate::error::{Check, SceneError};
 use crate::grains::{Grain, Shape};
 use crate::shared::Scene;
 use crate::source::SceneSource;
 use bedload_outline::Outline;
-
-type Check = Result<(), SceneError>;
 
 /// Gives every written grain its shape in this geometry and its radius.
 pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
@@ -42,11 +40,8 @@ impl Form<'_> {
             if given && grain.shape != shape {
                 let (is, needs) = (name_of(grain.shape), name_of(shape));
                 let message = format!("is given, but the grain is a {is}; only a {needs} has it");
-                return Err(self.error(
-                    name,
-                    message,
-                    &format!("write shape = \"{needs}\", or remove the key"),
-                ));
+                let remedy = format!("write shape = \"{needs}\", or remove the key");
+                return Err(self.error(name, message, &remedy));
             }
         }
         Ok(())
@@ -90,11 +85,8 @@ impl Form<'_> {
             Shape::Rectangle => self.two("sides", grain.sides)?,
             Shape::Ellipse => self.two("semi_axes", grain.semi_axes)?,
             Shape::Polygon if grain.vertices.is_empty() => {
-                return Err(self.error(
-                    "vertices",
-                    "missing field `vertices`",
-                    "add [[x, z], …] in order, m",
-                ));
+                let message = "missing field `vertices`";
+                return Err(self.error("vertices", message, "add [[x, z], …] in order, m"));
             }
             Shape::Polygon => {
                 let told = |(message, remedy): (String, _)| self.error("vertices", message, remedy);
@@ -103,11 +95,8 @@ impl Form<'_> {
         }
         let turn = [grain.orientation[1], grain.orientation[3]];
         if turn.iter().any(|part| part.abs() > 1e-9) {
-            return Err(self.error(
-                "orientation",
-                format!("{:?} turns the body out of the plane", grain.orientation),
-                "turn it about y alone: (cos ½θ, 0, sin ½θ, 0)",
-            ));
+            let what = format!("{:?} turns the body out of the plane", grain.orientation);
+            return Err(self.error("orientation", what, "turn it about y alone: (cos ½θ, 0, sin ½θ, 0)"));
         }
         let reach = grain.outline().map_or(f64::NAN, |outline| outline.reach());
         // A scene that was written out with every value has it.

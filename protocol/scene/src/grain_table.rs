@@ -24,39 +24,20 @@ pub(crate) const READ: [&str; 12] =
 /// A column that Bedload writes for those who read its tables: the number of the row.
 const NUMBER: &str = "id";
 
-/// What others call a column, in small letters without signs between them, and its name here.
-const OTHER_NAMES: [(&str, &str); 31] = [
-    ("u", "vx"),
-    ("v", "vy"),
-    ("w", "vz"),
-    ("velx", "vx"),
-    ("vely", "vy"),
-    ("velz", "vz"),
-    ("velocityx", "vx"),
-    ("velocityy", "vy"),
-    ("velocityz", "vz"),
-    ("omegax", "wx"),
-    ("omegay", "wy"),
-    ("omegaz", "wz"),
-    ("omgx", "wx"),
-    ("omgy", "wy"),
-    ("omgz", "wz"),
-    ("spinx", "wx"),
-    ("spiny", "wy"),
-    ("spinz", "wz"),
-    ("positionx", "x"),
-    ("positiony", "y"),
-    ("positionz", "z"),
-    ("posx", "x"),
-    ("posy", "y"),
-    ("posz", "z"),
-    ("r", "radius"),
-    ("rad", "radius"),
-    ("d", "radius, of half the value"),
-    ("diameter", "radius, of half the value"),
-    ("rho", "density"),
-    ("dens", "density"),
-    ("ρ", "density"),
+/// The name of a column here, and what others call it, in small letters without signs between them.
+const OTHER_NAMES: [(&str, &[&str]); 12] = [
+    ("x", &["positionx", "posx"]),
+    ("y", &["positiony", "posy"]),
+    ("z", &["positionz", "posz"]),
+    ("vx", &["u", "velx", "velocityx"]),
+    ("vy", &["v", "vely", "velocityy"]),
+    ("vz", &["w", "velz", "velocityz"]),
+    ("wx", &["omegax", "omgx", "spinx"]),
+    ("wy", &["omegay", "omgy", "spiny"]),
+    ("wz", &["omegaz", "omgz", "spinz"]),
+    ("radius", &["r", "rad"]),
+    ("radius, of half the value", &["d", "diameter"]),
+    ("density", &["rho", "dens", "ρ"]),
 ];
 
 /// The name under which a column with this one, which is not read, would be: what differs by case, by signs
@@ -64,7 +45,8 @@ const OTHER_NAMES: [(&str, &str); 31] = [
 fn meant(column: &str) -> Option<&'static str> {
     let name = column.split(['(', '[']).next().unwrap_or(column).to_lowercase();
     let name: String = name.chars().filter(|sign| sign.is_alphanumeric()).collect();
-    let other = OTHER_NAMES.iter().find(|(other, _)| *other == name).map(|(_, known)| *known);
+    let other =
+        OTHER_NAMES.iter().find(|(_, others)| others.contains(&name.as_str())).map(|(known, _)| *known);
     READ.into_iter().find(|known| *known == name).or(other)
 }
 

@@ -147,9 +147,7 @@ impl Grain {
         match self.shape {
             Shape::Sphere => 4.0 / 3.0 * PI * self.radius.powi(3),
             Shape::Disc => PI * self.radius.powi(2),
-            Shape::Rectangle | Shape::Ellipse | Shape::Polygon => {
-                self.outline().map_or(0.0, |outline| outline.area())
-            }
+            _ => self.outline().map_or(0.0, |outline| outline.area()),
         }
     }
 
@@ -158,9 +156,7 @@ impl Grain {
         match self.shape {
             Shape::Sphere => 0.4 * self.radius * self.radius,
             Shape::Disc => 0.5 * self.radius * self.radius,
-            Shape::Rectangle | Shape::Ellipse | Shape::Polygon => {
-                self.outline().map_or(0.0, |outline| outline.gyration())
-            }
+            _ => self.outline().map_or(0.0, |outline| outline.gyration()),
         }
     }
 
@@ -216,9 +212,7 @@ impl Grain {
         let allowed: &[Freedom] = match geometry {
             Geometry::Plane => &[Freedom::X, Freedom::Z, Freedom::SpinY],
             Geometry::Axisymmetric => &[Freedom::Z],
-            Geometry::Space => {
-                &[Freedom::X, Freedom::Y, Freedom::Z, Freedom::SpinX, Freedom::SpinY, Freedom::SpinZ]
-            }
+            Geometry::Space => &Freedom::ALL,
         };
         self.motion == Motion::Free && allowed.contains(&freedom) && !self.locked.contains(&freedom)
     }

@@ -58,9 +58,10 @@ pub(crate) fn lay_out(
     let geometry = scene.domain.geometry;
     let mut grains = scene.grains.clone();
     for (index, from) in scene.grain_files.iter().enumerate() {
+        let key = |name: &str| format!("grain_files[{index}].{name}");
         let (once, ignored) = grain_table::read(from).map_err(|why| {
             source.error(
-                &format!("grain_files[{index}].file"),
+                &key("file"),
                 why,
                 "mend what is named; a table is a CSV file with the header \
                  x,y,z,radius,density[,vx,vy,vz][,wx,wy,wz][,motion] and one row per grain; paths count \
@@ -78,32 +79,22 @@ pub(crate) fn lay_out(
         if from.copies == 0 || from.below.is_nan() {
             let (name, value) = if from.copies == 0 { ("copies", 0.0) } else { ("below", from.below) };
             let what = format!("is {value}; allowed: 1 copy and more, below a height in m");
-            return Err(source.error(
-                &format!("grain_files[{index}].{name}"),
-                what,
-                "leave it out, or mend it",
-            ));
+            return Err(source.error(&key(name), what, "leave it out, or mend it"));
         }
         let count = once.len() as f64 * from.copies as f64 + grains.len() as f64;
         if let Some(why) = too_many(count) {
-            return Err(source.error(
-                &format!("grain_files[{index}].copies"),
-                format!("is {}: with {} grains in the file it {why}", from.copies, once.len()),
-                "lay it fewer times",
-            ));
+            let what = format!("is {}: with {} grains in the file it {why}", from.copies, once.len());
+            return Err(source.error(&key("copies"), what, "lay it fewer times"));
         }
         if let Some(why) = meet(from, &once) {
             let remedy = "shift it by the size of the packing at least, or lay it once";
-            return Err(source.error(&format!("grain_files[{index}].shift"), why, remedy));
+            return Err(source.error(&key("shift"), why, remedy));
         }
         let (copies, before) = (grain_table::copies(from, &once), grains.len());
         grains.extend(copies.map(|grain| Grain { with_fluid: from.with_fluid, ..grain }));
         if grains.len() == before {
-            let (file, below) = (from.file.display(), from.below);
-            notes.push(format!(
-                "grain_files[{index}]: {file}: none of {} grains is below {below} m",
-                once.len()
-            ));
+            let (file, count, below) = (from.file.display(), once.len(), from.below);
+            notes.push(format!("grain_files[{index}]: {file}: none of {count} grains is below {below} m"));
         }
     }
     for wall in &scene.rough_walls {
@@ -111,16 +102,16 @@ pub(crate) fn lay_out(
     }
     for (index, group) in scene.groups.iter().enumerate() {
         place(group, &scene.domain, &mut grains).map_err(|why| {
-            source.error(
-                &format!("groups[{index}]"),
-                why,
-                "make the region larger, or the count or the radius smaller",
-            )
+            let remedy = "make the region larger, or the count or the radius smaller";
+            source.error(&format!("groups[{index}]"), why, remedy)
         })?;
     }
     let (more, inserted) = insertions::lay_out(&scene.insertions, geometry);
     grains.extend(more);
-    let mut grains: Vec<Grain> = grains.into_iter().map(|grain| with_shape(grain, geometry)).collect();
+    if geometry == Geometry::Plane {
+        let spheres = grains.iter_mut().filter(|grain| grain.shape == Shape::Sphere);
+        spheres.for_each(|grain| grain.shape = Shape::Disc);
+    }
     grains.iter_mut().filter(|grain| grain.with_fluid).for_each(|grain| start_with_fluid(grain, scene));
     Ok((grains, inserted))
 }
@@ -146,13 +137,6 @@ fn start_with_fluid(grain: &mut Grain, scene: &Scene) {
             *value = OverTime::Constant(std::array::from_fn(|c| own[c] + more[c]));
         }
     }
-}
-
-fn with_shape(mut grain: Grain, geometry: Geometry) -> Grain {
-    if geometry == Geometry::Plane && grain.shape == Shape::Sphere {
-        grain.shape = Shape::Disc;
-    }
-    grain
 }
 
 /// Tries for a place of one grain. Random sequential placement takes some 700 for each on the way to a solid

@@ -183,7 +183,7 @@ pub enum MetricKind {
 }
 
 /// Half the solid fraction of a dense bed.
-fn surface() -> f64 {
+pub(crate) fn surface() -> f64 {
     0.3
 }
 

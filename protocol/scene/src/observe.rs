@@ -47,7 +47,7 @@ pub struct ObservedTotals {
     #[serde(default = "upward")]
     pub axis: Axis,
     /// Solid fraction that marks the surface of the bed.
-    #[serde(default = "surface")]
+    #[serde(default = "crate::metric::surface")]
     pub surface: f64,
     /// Speed from which on a grain counts as moving, m/s.
     pub speed: Option<f64>,
@@ -177,19 +177,12 @@ fn upward() -> Axis {
     Axis::Z
 }
 
-fn surface() -> f64 {
-    0.3
-}
-
 impl Observe {
     /// Are fields due in the window from `start` to `end`, s? A time is due in the first window that ends
     /// then or later, where rounding does not count; t = 0 in the first of all.
     pub fn fields_due(&self, start: f64, end: f64) -> bool {
-        let asked = self
-            .fields_at
-            .iter()
-            .any(|t| (start < early(*t) || (start == 0.0 && *t <= 0.0)) && early(*t) <= end);
+        let asked = |t: &f64| (start < early(*t) || (start == 0.0 && *t <= 0.0)) && early(*t) <= end;
         let every = self.fields_every.unwrap_or(0.0);
-        asked || (every > 0.0 && periods(end, every) > periods(start, every))
+        self.fields_at.iter().any(asked) || (every > 0.0 && periods(end, every) > periods(start, every))
     }
 }

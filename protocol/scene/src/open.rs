@@ -1,12 +1,10 @@
 //! Checks of the faces that fluid passes through, and of a flow that is held along a periodic axis.
 
 use crate::domain::{Axis, Face, Geometry, WallKind};
-use crate::error::SceneError;
+use crate::error::Check;
 use crate::over_time::acts_along;
 use crate::shared::Scene;
 use crate::source::SceneSource;
-
-type Check = Result<(), SceneError>;
 
 /// One face of grid axis `axis` by itself; `key` is where it is written, `upper` which it is.
 pub(crate) fn face(
@@ -139,11 +137,8 @@ pub(crate) fn flow_rate(scene: &Scene, source: &SceneSource) -> Check {
     let domain = &scene.domain;
     let axes = domain.geometry.axes();
     let Some(axis) = axes.iter().position(|axis| *axis == flow.axis) else {
-        return Err(source.error(
-            "medium.flow_rate.axis",
-            format!("is {:?}; the axes of this geometry are {axes:?}", flow.axis),
-            "name one that is periodic",
-        ));
+        let what = format!("is {:?}; the axes of this geometry are {axes:?}", flow.axis);
+        return Err(source.error("medium.flow_rate.axis", what, "name one that is periodic"));
     };
     if !domain.is_periodic(axis) {
         let name = flow.axis.name();

@@ -1,14 +1,12 @@
 //! Values that may change over time: their files are read, and what they hold is checked, key by key.
 
-use crate::error::SceneError;
+use crate::error::{Check, SceneError};
 use crate::grains::Motion;
 use crate::shared::Scene;
 use crate::source::SceneSource;
 use crate::table::{Table, number};
 use bedload_over_time::{OverTime, Quantity};
 use std::sync::Arc;
-
-type Check = Result<(), SceneError>;
 
 /// Reads the tables that stand in files, and checks every value that may change.
 pub(crate) fn settle(scene: &mut Scene, source: &SceneSource) -> Check {
@@ -84,10 +82,8 @@ impl Place<'_> {
         {
             let rows = read(file).map_err(|what| {
                 let columns = T::COLUMNS.join(", ");
-                self.error(
-                    what,
-                    &format!("give a CSV file with the columns t, {columns} and rows of numbers"),
-                )
+                let remedy = format!("give a CSV file with the columns t, {columns} and rows of numbers");
+                self.error(what, &remedy)
             })?;
             *value = OverTime::Table(Arc::new(bedload_over_time::Table::new(rows, Some(file.to_owned()))));
         }
@@ -111,30 +107,21 @@ impl Place<'_> {
     }
 
     fn finite<T: Quantity>(&self, what: &str, value: &T) -> Check {
-        match value.numbers().iter().find(|number| !number.is_finite()) {
-            None => Ok(()),
-            Some(number) => {
-                Err(self
-                    .error(format!("{what}holds {number}; allowed: finite numbers"), "give finite numbers"))
-            }
-        }
+        let Some(number) = value.numbers().iter().find(|number| !number.is_finite()) else { return Ok(()) };
+        Err(self.error(format!("{what}holds {number}; allowed: finite numbers"), "give finite numbers"))
     }
 
     fn rows<T: Quantity>(&self, rows: &[(f64, T)]) -> Check {
         if rows.is_empty() {
-            return Err(
-                self.error("has no rows; allowed: one row [t, value] and more", "give rows of times, s")
-            );
+            let what = "has no rows; allowed: one row [t, value] and more";
+            return Err(self.error(what, "give rows of times, s"));
         }
         let mut before = f64::NEG_INFINITY;
-        for (index, (t, value)) in rows.iter().enumerate() {
-            self.finite(&format!("row {} ", index + 1), value)?;
+        for (number, (t, value)) in (1..).zip(rows) {
+            self.finite(&format!("row {number} "), value)?;
             if !(t.is_finite() && *t > before) {
                 return Err(self.error(
-                    format!(
-                        "has t = {t} in row {}; allowed: finite times, each above the one before",
-                        index + 1
-                    ),
+                    format!("has t = {t} in row {number}; allowed: finite times, each above the one before"),
                     "put the rows in the order of their times; a jump takes two rows a short time apart",
                 ));
             }

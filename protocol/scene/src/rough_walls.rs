@@ -57,23 +57,25 @@ impl RoughWall {
             return None;
         }
         let wide = |axis: &usize| self.upper[*axis] > self.lower[*axis];
-        match geometry {
-            Geometry::Plane => {
-                let mut along = [0, 2].into_iter().filter(wide);
-                let first = along.next()?;
-                along.next().is_none().then_some((first, None))
-            }
-            _ => {
-                let mut along = (0..3).filter(wide);
-                let (first, second) = (along.next()?, along.next()?);
-                along.next().is_none().then_some((first, Some(second)))
-            }
-        }
+        let plane = geometry == Geometry::Plane;
+        let mut along = (0..3).filter(|axis| !(plane && *axis == 1)).filter(wide);
+        let first = along.next()?;
+        let second = if plane { None } else { Some(along.next()?) };
+        along.next().is_none().then_some((first, second))
     }
 
     /// Centre-to-centre distance, m.
     pub fn spacing(&self) -> f64 {
         self.spacing.unwrap_or(2.0 * self.radius)
+    }
+
+    /// From row to row, m.
+    fn across(&self) -> f64 {
+        if self.arrangement == Arrangement::Hexagonal {
+            0.75f64.sqrt() * self.spacing()
+        } else {
+            self.spacing()
+        }
     }
 
     /// Whether it is flat: a rectangle, or a line in the plane.
@@ -84,17 +86,13 @@ impl RoughWall {
     /// An axis along which the last grain of a row lies on the image of the first.
     pub(crate) fn meets_itself(&self, domain: &Domain) -> Option<usize> {
         let (first, second) = self.axes(domain.geometry)?;
-        let step = self.spacing();
-        let across = if self.arrangement == Arrangement::Hexagonal { 0.75f64.sqrt() * step } else { step };
         let meets = |axis: usize, step: f64| {
             let sites = ((self.upper[axis] - self.lower[axis]) / step * (1.0 + 1e-12)).floor();
             domain.periods()[axis].is_some_and(|(_, length)| (sites * step - length).abs() < 1e-9 * step)
         };
-        [Some((first, step)), second.map(|second| (second, across))]
-            .into_iter()
-            .flatten()
-            .find(|(axis, step)| meets(*axis, *step))
-            .map(|(axis, _)| axis)
+        let rows = second.map(|second| (second, self.across()));
+        let mut steps = [(first, self.spacing())].into_iter().chain(rows);
+        steps.find(|(axis, step)| meets(*axis, *step)).map(|(axis, _)| axis)
     }
 
     /// Number of grains it may have at most.
@@ -111,9 +109,8 @@ impl RoughWall {
         let velocity = wall.map(|wall| wall.velocity.clone()).unwrap_or_default();
         let Some((first, second)) = self.axes(geometry) else { return };
         let mut random = SplitMix64(self.seed);
-        let step = self.spacing();
+        let (step, across) = (self.spacing(), self.across());
         let hexagonal = self.arrangement == Arrangement::Hexagonal;
-        let across = if hexagonal { 0.75f64.sqrt() * step } else { step };
         // A remainder of rounding is no reason to lose the last row.
         let fits = |length: f64, step: f64| (length / step * (1.0 + 1e-12)).floor() as usize;
         let rows = second.map_or(0, |second| fits(self.upper[second] - self.lower[second], across));

@@ -12,7 +12,7 @@ use serde_json::Value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::SceneError;
+use crate::error::{Check, SceneError};
 
 /// The JSON Schema of a part of a scene; whatever it refers to stands within it.
 pub fn schema<T: JsonSchema>() -> Value {
@@ -133,14 +133,9 @@ impl SceneSource {
     pub fn refuse_longer_lists<T: Serialize>(&self, read: &T) -> Result<(), SceneError> {
         let Ok(read) = toml::Value::try_from(read) else { return Ok(()) };
         let written: toml::Value = toml::from_str(&self.text).map_err(|error| self.convert(&error))?;
-        match longer_list(&written, &read, String::new()) {
-            None => Ok(()),
-            Some((key, has, takes)) => Err(self.error(
-                &key,
-                format!("has {has} entries; allowed: {takes}"),
-                "remove those that are too many",
-            )),
-        }
+        let Some((key, has, takes)) = longer_list(&written, &read, String::new()) else { return Ok(()) };
+        let what = format!("has {has} entries; allowed: {takes}");
+        Err(self.error(&key, what, "remove those that are too many"))
     }
 
     /// An error at a key; without a line where no part of the key stands in the text.
@@ -159,7 +154,7 @@ impl SceneSource {
         key: &str,
         message: impl std::fmt::Display,
         remedy: &str,
-    ) -> Result<(), SceneError> {
+    ) -> Check {
         if wrong { Err(self.error(key, message.to_string(), remedy)) } else { Ok(()) }
     }
 
@@ -211,9 +206,8 @@ impl SceneSource {
                 span = find_value(&all, &message, &span).unwrap_or(span);
             }
             // What spans the whole text belongs to no key.
-            let whole = error
-                .span()
-                .is_none_or(|span| span.is_empty() || span.end - span.start >= self.text.trim().len());
+            let spans_all = |span: Range<usize>| span.is_empty() || span.len() >= self.text.trim().len();
+            let whole = error.span().is_none_or(spans_all);
             key = if whole { String::new() } else { key_at(&all, &span) };
             if let Some(name) = quoted_after(&message, "missing field `") {
                 let joint = if key.is_empty() { "" } else { "." };
@@ -342,10 +336,8 @@ fn describes(message: &str, value: &DeValue<'_>) -> bool {
 fn key_at(all: &[Place<'_>], span: &Range<usize>) -> String {
     let touches =
         |other: &Range<usize>| other.start <= span.start && span.start < other.end.max(other.start + 1);
-    let here = all
-        .iter()
-        .rev()
-        .filter(|p| touches(&p.span) || p.name.as_ref().is_some_and(|(_, name)| touches(name)));
+    let is_here = |p: &&Place| touches(&p.span) || p.name.as_ref().is_some_and(|(_, name)| touches(name));
+    let here = all.iter().rev().filter(is_here);
     here.max_by_key(|place| key_path(&place.key).len()).map_or(String::new(), |place| place.key.clone())
 }
 
@@ -395,11 +387,8 @@ fn longer_list(written: &toml::Value, read: &toml::Value, key: String) -> Option
             longer_list(value, read.get(name)?, inner)
         }),
         (Array(written), Array(read)) if written.len() > read.len() => Some((key, written.len(), read.len())),
-        (Array(written), Array(read)) => written
-            .iter()
-            .zip(read)
-            .enumerate()
-            .find_map(|(index, (written, read))| longer_list(written, read, format!("{key}[{index}]"))),
+        (Array(written), Array(read)) => (0..written.len())
+            .find_map(|index| longer_list(&written[index], &read[index], format!("{key}[{index}]"))),
         _ => None,
     }
 }

@@ -8,7 +8,7 @@ use iceoryx2::prelude::*;
 use super::folder::Membership;
 use super::observer::{Event, Observer};
 use super::outbox::{Outbox, Receivers};
-use super::rendezvous::Rendezvous;
+use super::rendezvous::{Rendezvous, compare};
 use super::space;
 use super::topics;
 use super::wake::{Pace, Rhythm, Wake};
@@ -94,9 +94,7 @@ impl CouplerLink {
                 other => other,
             })?;
             let Event::Status(role, status) = event else {
-                return Err(ExchangeError::Order {
-                    what: "a solver sent data before the first command".into(),
-                });
+                return Err(ExchangeError::Order("a solver sent data before the first command".into()));
             };
             self.check_ready(role, &status)?;
             ready.push((role, status));
@@ -113,25 +111,12 @@ impl CouplerLink {
             return Err(ExchangeError::Failed { peer: role.to_string(), text: status.text() });
         }
         if status.state != State::Ready as u64 {
-            return Err(ExchangeError::Order {
-                what: format!("expected Ready of the {role}, got state {}", status.state),
-            });
+            let what = format!("expected Ready of the {role}, got state {}", status.state);
+            return Err(ExchangeError::Order(what));
         }
-        let grains = self.rendezvous.grains.to_string();
-        for (what, theirs, ours) in [
-            ("protocol and layout", status.text(), Rendezvous::greeting()),
-            ("number of grains", status.grains.to_string(), grains),
-        ] {
-            if theirs != ours {
-                return Err(ExchangeError::Mismatch {
-                    peer: role.to_string(),
-                    what: what.into(),
-                    theirs,
-                    ours,
-                });
-            }
-        }
-        Ok(())
+        let peer = Member::Solver(role);
+        compare(peer, "protocol and layout", status.text(), Rendezvous::greeting())?;
+        compare(peer, "number of grains", status.grains, self.rendezvous.grains as u64)
     }
 
     /// Gives an order to every solver. Up to [`Rendezvous::ahead`] may be unanswered at once.
@@ -143,14 +128,12 @@ impl CouplerLink {
     pub fn order(&mut self, command: Command) -> Result<(), ExchangeError> {
         let window = [Order::Advance as u64, Order::Repeat as u64].contains(&command.order);
         if window && self.unanswered() >= self.rendezvous.ahead as u64 {
-            return Err(ExchangeError::Order {
-                what: format!(
-                    "window {} ordered with {} unanswered: at most {} may be ordered ahead",
-                    command.step,
-                    self.unanswered(),
-                    self.rendezvous.ahead
-                ),
-            });
+            return Err(ExchangeError::Order(format!(
+                "window {} ordered with {} unanswered: at most {} may be ordered ahead",
+                command.step,
+                self.unanswered(),
+                self.rendezvous.ahead
+            )));
         }
         let sent = self.commands.send(command, command.step);
         if command.order != Order::Accept as u64 {
@@ -165,7 +148,7 @@ impl CouplerLink {
         }
         match sent {
             Err(ExchangeError::PeerDied { .. }) if command.order == Order::Stop as u64 => Ok(()),
-            sent => sent.map(|_| ()),
+            sent => sent.map(drop),
         }
     }
 
@@ -211,11 +194,7 @@ impl CouplerLink {
             alive()?;
             watch.check(&members, step)
         })?;
-        found.ok_or_else(|| ExchangeError::Deadline {
-            peer: self.observer.behind().to_string(),
-            step,
-            seconds: limit.as_secs_f64(),
-        })
+        found.ok_or_else(|| ExchangeError::late(self.observer.behind(), step, limit))
     }
 
     /// The next event if there is one already.

@@ -64,9 +64,7 @@ impl UserLock {
 
     /// Removes the user's folder if it holds no run any more.
     fn remove_if_empty(&self) {
-        let Ok(entries) = fs::read_dir(&self.folder) else {
-            return;
-        };
+        let Ok(entries) = fs::read_dir(&self.folder) else { return };
         let only_lock = entries.flatten().all(|entry| entry.file_name() == USER_LOCK);
         if only_lock {
             // Whoever waits for this lock sees that the file is gone and starts again.
@@ -152,17 +150,13 @@ impl Membership {
 impl Drop for Membership {
     fn drop(&mut self) {
         let _ = self.lock.unlock();
-        let Some(parent) = self.root.parent() else {
-            return;
-        };
+        let Some(parent) = self.root.parent() else { return };
         // Without the folder the run was removed by another process that left at the same time.
         if !self.root.exists() {
             return;
         }
         // A run that cannot be removed now is removed by the next coupler of this user.
-        let Ok(user) = UserLock::take(parent) else {
-            return;
-        };
+        let Ok(user) = UserLock::take(parent) else { return };
         if is_at(&self.lock, &self.root.join(RUN_LOCK)) && self.lock.try_lock().is_ok() {
             remove_run(&self.root, &self.prefix);
         }
@@ -199,9 +193,7 @@ fn remove_stale_runs_in(folder: &Path) -> Result<usize, ExchangeError> {
     for entry in entries.flatten() {
         let root = entry.path();
         let name = entry.file_name();
-        let Some(run) = name.to_str().filter(|name| *name != USER_LOCK) else {
-            continue;
-        };
+        let Some(run) = name.to_str().filter(|name| *name != USER_LOCK) else { continue };
         if root.is_dir() && remove_if_dead(&root, run) {
             removed += 1;
         }

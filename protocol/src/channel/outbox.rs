@@ -68,7 +68,7 @@ fn patience(
         if waited < limit {
             return BackpressureAction::Retry;
         }
-        jam.give_up(ExchangeError::Deadline { peer: names(&receivers), step, seconds: limit.as_secs_f64() })
+        jam.give_up(ExchangeError::late(names(&receivers), step, limit))
     }
 }
 

@@ -110,8 +110,8 @@ impl Rendezvous {
                  it must be the one that bedload passes by --connect or {CONNECT_VARIABLE}"
             ))
         })?;
-        compare("protocol", read.protocol, PROTOCOL_VERSION)?;
-        compare("layout", &read.layout, &format!("{:016x}", layout_hash()))?;
+        compare(Member::Coupler, "protocol", read.protocol, PROTOCOL_VERSION)?;
+        compare(Member::Coupler, "layout", &read.layout, &format!("{:016x}", layout_hash()))?;
         read.check()?;
         Ok(read)
     }
@@ -121,10 +121,7 @@ impl Rendezvous {
     /// # Errors
     /// As [`Rendezvous::parse`].
     pub fn from_environment() -> Result<Option<Self>, ExchangeError> {
-        match std::env::var(CONNECT_VARIABLE) {
-            Ok(token) => Self::parse(&token).map(Some),
-            Err(_) => Ok(None),
-        }
+        std::env::var(CONNECT_VARIABLE).ok().map(|token| Self::parse(&token)).transpose()
     }
 
     /// Refuses values that no run can have.
@@ -176,12 +173,18 @@ impl Rendezvous {
     }
 }
 
-fn compare<T: PartialEq + ToString>(what: &str, theirs: T, ours: T) -> Result<(), ExchangeError> {
+/// Refuses what `peer` has otherwise than we do.
+pub(super) fn compare<T: PartialEq + ToString>(
+    peer: Member,
+    what: &str,
+    theirs: T,
+    ours: T,
+) -> Result<(), ExchangeError> {
     if theirs == ours {
         return Ok(());
     }
     Err(ExchangeError::Mismatch {
-        peer: Member::Coupler.to_string(),
+        peer: peer.to_string(),
         what: what.to_owned(),
         theirs: theirs.to_string(),
         ours: ours.to_string(),

@@ -10,7 +10,7 @@ use iceoryx2::service::port_factory::PortFactory;
 
 use super::folder::Membership;
 use super::outbox::{Outbox, Receivers};
-use super::rendezvous::Rendezvous;
+use super::rendezvous::{Rendezvous, compare};
 use super::topics::{self, transport};
 use super::wake::{Rhythm, Wake};
 use super::watch::{Member, Watch};
@@ -103,14 +103,7 @@ struct SharedMemory<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> {
 impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> SharedMemory<In, Out> {
     fn join(rendezvous: &Rendezvous, role: Role, grains: usize) -> Result<Self, ExchangeError> {
         let own = Member::Solver(role);
-        if grains != rendezvous.grains {
-            return Err(ExchangeError::Mismatch {
-                peer: Member::Coupler.to_string(),
-                what: "number of grains".into(),
-                theirs: rendezvous.grains.to_string(),
-                ours: grains.to_string(),
-            });
-        }
+        compare(Member::Coupler, "number of grains", rendezvous.grains, grains)?;
         if !rendezvous.roles.contains(&role) {
             return Err(ExchangeError::Transport(format!(
                 "run {} has no {role}: {:?} take part",
@@ -175,11 +168,7 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> SharedMemory<In, Out
                 .wait(limit, &mut Rhythm::default(), &mut || Ok(there().then_some(())), &mut || {
                     watch.check(&members, 0)
                 })?
-                .ok_or_else(|| ExchangeError::Deadline {
-                    peer: peer.to_string(),
-                    step: 0,
-                    seconds: limit.as_secs_f64(),
-                })?;
+                .ok_or_else(|| ExchangeError::late(peer, 0, limit))?;
             self.wake.ring(Member::Solver(peer))?;
         }
         self.incoming.update_connections().map_err(transport("cannot connect to the peer"))?;
@@ -217,11 +206,7 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Connection<In, Out> 
         let found = self.wake.wait(limit, &mut Rhythm::default(), &mut || take(commands), &mut || {
             watch.check(&[Member::Coupler], step)
         })?;
-        found.ok_or_else(|| ExchangeError::Deadline {
-            peer: Member::Coupler.to_string(),
-            step,
-            seconds: limit.as_secs_f64(),
-        })
+        found.ok_or_else(|| ExchangeError::late(Member::Coupler, step, limit))
     }
 }
 
@@ -267,16 +252,16 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Exchange<In, Out> fo
         read: &mut dyn FnMut(&Header, &[In]),
     ) -> Result<(), ExchangeError> {
         let Some(peer) = self.peer else {
-            return Err(ExchangeError::Order {
-                what: format!("the {} waits for {} in a run without its sender", self.role, In::NAME),
-            });
+            let what = format!("the {} waits for {} in a run without its sender", self.role, In::NAME);
+            return Err(ExchangeError::Order(what));
         };
         self.step = window.step;
         let members = [Member::Solver(peer), Member::Coupler];
         let (incoming, commands) = (&self.incoming, &self.commands);
         let (watch, backlog) = (&mut self.watch, &mut self.backlog);
+        let limit = self.rendezvous.deadline();
         let found = self.wake.wait(
-            self.rendezvous.deadline(),
+            limit,
             &mut self.rhythm,
             &mut || incoming.receive().map_err(transport("cannot receive")),
             &mut || {
@@ -288,11 +273,7 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Exchange<In, Out> fo
             },
         )?;
         let start = Instant::now();
-        let sample = found.ok_or_else(|| ExchangeError::Deadline {
-            peer: peer.to_string(),
-            step: window.step,
-            seconds: self.rendezvous.deadline_s,
-        })?;
+        let sample = found.ok_or_else(|| ExchangeError::late(peer, window.step, limit))?;
         let (header, records) = (sample.user_header(), sample.payload());
         belongs(window, header, records.len(), self.rendezvous.grains)?;
         read(header, records);
@@ -305,17 +286,14 @@ impl<In: Record + ZeroCopySend, Out: Record + ZeroCopySend> Exchange<In, Out> fo
 /// Refuses a message of another window, another try, or another number of grains.
 fn belongs(window: &Window, header: &Header, count: usize, grains: usize) -> Result<(), ExchangeError> {
     if (header.step, header.attempt) != (window.step, window.attempt) {
-        return Err(ExchangeError::Order {
-            what: format!(
-                "expected window {} attempt {}, got window {} attempt {}",
-                window.step, window.attempt, header.step, header.attempt
-            ),
-        });
+        return Err(ExchangeError::Order(format!(
+            "expected window {} attempt {}, got window {} attempt {}",
+            window.step, window.attempt, header.step, header.attempt
+        )));
     }
     if count != grains {
-        return Err(ExchangeError::Order {
-            what: format!("expected {grains} grains in window {}, got {count}", window.step),
-        });
+        let what = format!("expected {grains} grains in window {}, got {count}", window.step);
+        return Err(ExchangeError::Order(what));
     }
     Ok(())
 }
@@ -338,7 +316,7 @@ mod tests {
         ] {
             let header = Header { step, attempt, ..header };
             let error = belongs(&window, &header, count, 4).unwrap_err();
-            assert!(matches!(error, ExchangeError::Order { .. }));
+            assert!(matches!(error, ExchangeError::Order(_)));
             assert!(error.to_string().contains(named), "{error}");
         }
     }

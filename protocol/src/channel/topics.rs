@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use super::rendezvous::Rendezvous;
+use super::rendezvous::{Rendezvous, compare};
 use super::watch::Member;
 use crate::message::{Command, Header, Record, Status};
 use crate::participant::{ExchangeError, Role};
@@ -40,13 +40,6 @@ pub(crate) fn depth<R: Record>(grains: usize) -> usize {
 /// it reads, and the publisher's own.
 pub(crate) fn most_lent(depth: usize) -> usize {
     2 * (depth + BORROWED) + 1
-}
-
-pub(crate) fn takes_part(rendezvous: &Rendezvous, member: Member) -> bool {
-    match member {
-        Member::Coupler => true,
-        Member::Solver(role) => rendezvous.roles.contains(&role),
-    }
 }
 
 /// `bedload/loads` or `bedload/kinematics`.
@@ -93,15 +86,8 @@ fn verify(
     let theirs = found.static_details.attributes();
     for (key, ours) in attributes(rendezvous) {
         let key_there = key.try_into().map_err(transport("attribute"))?;
-        let there = theirs.key_value(&key_there, 0).map(ToString::to_string);
-        if there.as_ref() != Some(&ours) {
-            return Err(ExchangeError::Mismatch {
-                peer: Member::Coupler.to_string(),
-                what: key.to_owned(),
-                theirs: there.unwrap_or_else(|| "none".into()),
-                ours,
-            });
-        }
+        let there = theirs.key_value(&key_there, 0).map_or("none".to_owned(), ToString::to_string);
+        compare(Member::Coupler, key, there, ours)?;
     }
     Ok(())
 }

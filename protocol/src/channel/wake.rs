@@ -114,14 +114,13 @@ impl Wake {
             .create()
             .map_err(transport("cannot listen for events"))?;
         let mut bells = Vec::new();
-        for member in Member::ALL {
-            if member != own && topics::takes_part(rendezvous, member) {
-                let bell = topics::event(node, member)?
-                    .notifier_builder()
-                    .create()
-                    .map_err(transport("cannot make a notifier"))?;
-                bells.push((member, bell));
-            }
+        let solvers = rendezvous.roles.iter().copied().map(Member::Solver);
+        for member in std::iter::once(Member::Coupler).chain(solvers).filter(|member| *member != own) {
+            let bell = topics::event(node, member)?
+                .notifier_builder()
+                .create()
+                .map_err(transport("cannot make a notifier"))?;
+            bells.push((member, bell));
         }
         make_timers_sharp();
         let waiting = rendezvous.waiting.on_this_machine(rendezvous.roles.len() + 1);
@@ -136,10 +135,8 @@ impl Wake {
     /// Wakes `member`. Costs no system call while it has not slept since the last ring: events are
     /// drained only just before sleeping, so the pending one stands for all.
     pub(crate) fn ring(&self, member: Member) -> Result<(), ExchangeError> {
-        for (whom, bell) in &self.bells {
-            if *whom == member {
-                bell.notify().map_err(transport("cannot notify"))?;
-            }
+        for (_, bell) in self.bells.iter().filter(|(whom, _)| *whom == member) {
+            bell.notify().map_err(transport("cannot notify"))?;
         }
         Ok(())
     }

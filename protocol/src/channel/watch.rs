@@ -47,8 +47,7 @@ impl Member {
     fn seat(self) -> usize {
         match self {
             Self::Coupler => 0,
-            Self::Solver(Role::Fluid) => 1,
-            Self::Solver(Role::Dem) => 2,
+            Self::Solver(role) => 1 + role as usize,
         }
     }
 }
@@ -104,9 +103,7 @@ fn census(config: &Config, known: &mut Known) -> Option<Census> {
             known[member.seat()] == Some(*state.node_id())
                 || details.is_some_and(|details| details.name().as_str() == member.node_name())
         });
-        let Some(member) = member else {
-            return CallbackProgression::Continue;
-        };
+        let Some(member) = member else { return CallbackProgression::Continue };
         known[member.seat()] = Some(*state.node_id());
         if matches!(state, NodeState::Dead(_)) {
             census.dead[member.seat()] = true;
@@ -122,9 +119,7 @@ fn census(config: &Config, known: &mut Known) -> Option<Census> {
 
 /// Whether any process still has a node in the run.
 pub(crate) fn anyone_alive(root: &Path, prefix: &str) -> bool {
-    let Ok(config) = config_of(root, prefix) else {
-        return false;
-    };
+    let Ok(config) = config_of(root, prefix) else { return false };
     let mut alive = false;
     let listed = Node::<ipc::Service>::list(&config, |state| {
         alive |= matches!(state, NodeState::Alive(_));
@@ -175,10 +170,8 @@ impl Watch {
 
     /// Fails if one of `members` has died or left.
     pub(crate) fn check(&mut self, members: &[Member], step: u64) -> Result<(), ExchangeError> {
-        match self.first_dead(members) {
-            None => Ok(()),
-            Some(member) => Err(ExchangeError::PeerDied { peer: member.to_string(), step }),
-        }
+        let Some(member) = self.first_dead(members) else { return Ok(()) };
+        Err(ExchangeError::PeerDied { peer: member.to_string(), step })
     }
 
     /// The solver of `roles` that has no node.

@@ -127,10 +127,7 @@ impl Comparison {
         let mut pairs = logged.iter().zip(sent);
         for field in R::FIELDS {
             let name = prefixed(at, field.name.to_owned());
-            let sum = match self.fields.get_mut(&name) {
-                Some(sum) => sum,
-                None => self.fields.entry(name).or_default(),
-            };
+            let sum = self.fields.entry(name).or_default();
             for (theirs, ours) in pairs.by_ref().take(field.words) {
                 sum.add(field.kind, *theirs, *ours);
             }
@@ -173,21 +170,10 @@ fn first_difference<R: Record>(at: At, logged: &[u64], sent: &[u64]) -> Differen
         field: prefixed(at, R::field_of_word(index)),
         logged: logged[index],
         sent: sent[index],
-        kind: kind_of_word::<R>(index),
+        kind: R::field_at(index).map_or("u64", |(field, _)| field.kind),
     }
 }
 
 fn prefixed(at: At, field: String) -> String {
     if at.grain.is_some() { field } else { format!("header.{field}") }
-}
-
-fn kind_of_word<R: Record>(index: usize) -> &'static str {
-    let mut end = 0;
-    R::FIELDS
-        .iter()
-        .find(|field| {
-            end += field.words;
-            index < end
-        })
-        .map_or("u64", |field| field.kind)
 }

@@ -110,7 +110,7 @@ impl Manifest {
 
     /// From the metadata record and the scene's attachment.
     pub(crate) fn from_metadata(map: &BTreeMap<String, String>, scene: &str) -> Result<Self, String> {
-        let manifest = Self {
+        Ok(Self {
             version: text(map, "version")?.to_owned(),
             protocol: number(map, "protocol")?,
             layout: u64::from_str_radix(text(map, "layout")?, 16).map_err(|e| e.to_string())?,
@@ -123,8 +123,7 @@ impl Manifest {
             first_time: number(map, "first_time")?,
             radii: expand(text(map, "radii")?, number(map, "grains")?)?,
             scene: scene.to_owned(),
-        };
-        Ok(manifest)
+        })
     }
 }
 
@@ -144,11 +143,8 @@ fn command(map: &BTreeMap<String, String>, key: &str) -> Result<Vec<String>, Str
 
 /// Radii as `value*count` words: most packings have a few sizes.
 fn run_lengths(radii: &[f64]) -> String {
-    radii
-        .chunk_by(|a, b| a.to_bits() == b.to_bits())
-        .map(|run| format!("{}*{}", run[0], run.len()))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let runs = radii.chunk_by(|a, b| a.to_bits() == b.to_bits());
+    runs.map(|run| format!("{}*{}", run[0], run.len())).collect::<Vec<_>>().join(" ")
 }
 
 /// Inverse of [`run_lengths`]; `grains` bounds what a hostile count can ask for.

@@ -156,14 +156,7 @@ impl RawReader {
     }
 
     fn new(source: Box<dyn Source>, length: u64, marked: bool, name: &str) -> Self {
-        let limit = usize::try_from(length).unwrap_or(usize::MAX);
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_validate_data_section_crc(true)
-            .with_validate_summary_section_crc(true)
-            .with_check_finishes_after_end_magic(true)
-            // No record is longer than the file: a hostile length asks for no memory.
-            .with_record_length_limit(limit);
+        let options = of_file(length).with_validate_data_section_crc(true);
         Self {
             source,
             name: name.to_owned(),
@@ -244,12 +237,7 @@ impl RawReader {
             return error;
         }
         // The checksum over all data can no longer be right; that of each chunk still is.
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_skip_start_magic(true)
-            .with_validate_summary_section_crc(true)
-            .with_check_finishes_after_end_magic(true)
-            .with_record_length_limit(usize::try_from(self.length).unwrap_or(usize::MAX));
+        let options = of_file(self.length).with_skip_start_magic(true);
         self.reader = LinearReader::new_with_options(options);
         (self.begin, self.sizes.file) = (found, found);
         (self.in_index, self.done) = (false, false);
@@ -300,10 +288,11 @@ impl RawReader {
     fn advance(&mut self) -> Option<Result<(), LogError>> {
         loop {
             match self.reader.next_event()? {
-                Ok(LinearReadEvent::ReadRequest(need)) => match self.feed(need) {
-                    Ok(()) => {}
-                    Err(error) => return Some(Err(error)),
-                },
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    if let Err(error) = self.feed(need) {
+                        return Some(Err(error));
+                    }
+                }
                 Ok(LinearReadEvent::Record { opcode, data }) => {
                     // The framing reader asks for no byte beyond its record.
                     let offset = std::mem::replace(&mut self.begin, self.sizes.file);
@@ -445,8 +434,12 @@ impl RawReader {
         }
         Some(())
     }
+}
 
-    fn fetch(&mut self) -> Option<Result<RawItem, LogError>> {
+impl Iterator for RawReader {
+    type Item = Result<RawItem, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
         loop {
             if let Some(item) = self.ready.pop_front() {
                 if let RawItem::Message(message) = &item {
@@ -474,12 +467,13 @@ impl RawReader {
     }
 }
 
-impl Iterator for RawReader {
-    type Item = Result<RawItem, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.fetch()
-    }
+/// How a file of `length` bytes is framed. No record is longer: a hostile length asks for no memory.
+fn of_file(length: u64) -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_emit_chunks(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(usize::try_from(length).unwrap_or(usize::MAX))
 }
 
 /// Whether the file ends as a complete one does; leaves it at its beginning.

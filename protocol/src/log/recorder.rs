@@ -11,8 +11,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
-
 use super::codec::{self, CodecError};
 use super::error::{LogError, SequenceError};
 use super::manifest::Manifest;
@@ -21,7 +19,7 @@ use super::sequence::Sequence;
 use super::sink::Sink;
 use super::topic::Topic;
 use super::viewer::Viewer;
-use crate::message::{Command, Header, Kinematics, Loads, Record, Status};
+use crate::message::{Command, Header, Kinematics, Loads, Status};
 use crate::new_file::OwnFile;
 use crate::participant::Role;
 
@@ -200,8 +198,8 @@ impl Recorder {
     /// # Errors
     /// The first thing that went wrong, from then on; [`LogError::Sequence`] on a step gap.
     pub fn record_command(&self, command: &Command) -> Result<(), LogError> {
-        let step = command.step;
-        self.take(Topic::Command, step, |s| s.command(command), |out| codec::encode(command, out))
+        let encode = |out: &mut Vec<u8>| codec::encode(command, out);
+        self.take(Topic::Command, command.step, |s| s.command(command), encode)
     }
 
     /// Takes the loads of a window.
@@ -209,8 +207,8 @@ impl Recorder {
     /// # Errors
     /// As [`Recorder::record_command`].
     pub fn record_loads(&self, header: &Header, loads: &[Loads]) -> Result<(), LogError> {
-        let count = loads.len();
-        self.take_slice(Topic::Loads, header, loads, |s| s.loads(header, count))
+        let check = |s: &mut Sequence| s.loads(header, loads.len());
+        self.take(Topic::Loads, header.step, check, |out| codec::encode_slice(header, loads, out))
     }
 
     /// Takes the kinematics of a window.
@@ -218,8 +216,8 @@ impl Recorder {
     /// # Errors
     /// As [`Recorder::record_command`].
     pub fn record_kinematics(&self, header: &Header, kinematics: &[Kinematics]) -> Result<(), LogError> {
-        let count = kinematics.len();
-        self.take_slice(Topic::Kinematics, header, kinematics, |s| s.kinematics(header, count))
+        let check = |s: &mut Sequence| s.kinematics(header, kinematics.len());
+        self.take(Topic::Kinematics, header.step, check, |out| codec::encode_slice(header, kinematics, out))
     }
 
     /// Takes an answer of a solver.
@@ -227,9 +225,8 @@ impl Recorder {
     /// # Errors
     /// As [`Recorder::record_command`].
     pub fn record_status(&self, role: Role, status: &Status) -> Result<(), LogError> {
-        let role = role as u64;
-        let step = status.step;
-        self.take(Topic::Status, step, |s| s.status(status), |out| codec::encode(&(role, status), out))
+        let encode = |out: &mut Vec<u8>| codec::encode(&(role as u64, status), out);
+        self.take(Topic::Status, status.step, |s| s.status(status), encode)
     }
 
     /// What went wrong, if anything did.
@@ -250,10 +247,7 @@ impl Recorder {
     /// disk hangs.
     pub fn finish(mut self) -> Result<RecorderStatistics, LogError> {
         self.close()?;
-        match self.error() {
-            Some(error) => Err(error),
-            None => Ok(self.statistics()),
-        }
+        self.error().map_or_else(|| Ok(self.statistics()), Err)
     }
 
     fn close(&mut self) -> Result<(), LogError> {
@@ -276,16 +270,6 @@ impl Recorder {
         // `done` is set last, so this does not wait; a panic has become an error already.
         let _ = thread.join();
         Ok(())
-    }
-
-    fn take_slice<R: Record + Serialize>(
-        &self,
-        topic: Topic,
-        header: &Header,
-        records: &[R],
-        check: impl FnOnce(&mut Sequence) -> Result<(), SequenceError>,
-    ) -> Result<(), LogError> {
-        self.take(topic, header.step, check, |out| codec::encode_slice(header, records, out))
     }
 
     /// Checks the order, encodes into the queue, wakes the writer when a chunk is full.

@@ -42,18 +42,23 @@ impl Topic {
         Self::Grains,
     ];
 
+    /// Name in the file, and of the schema.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Command => ["bedload/command", "bedload.Command"],
+            Self::Loads => ["bedload/loads", "bedload.Loads"],
+            Self::Kinematics => ["bedload/kinematics", "bedload.Kinematics"],
+            Self::Status => ["bedload/status", "bedload.Status"],
+            Self::Scene => ["viewer/scene", "foxglove.SceneUpdate"],
+            Self::Points => ["viewer/points", "foxglove.PointCloud"],
+            Self::Window => ["viewer/window", "bedload.viewer.Window"],
+            Self::Grains => ["viewer/grains", "bedload.viewer.Grains"],
+        }
+    }
+
     /// Name in the file.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Command => "bedload/command",
-            Self::Loads => "bedload/loads",
-            Self::Kinematics => "bedload/kinematics",
-            Self::Status => "bedload/status",
-            Self::Scene => "viewer/scene",
-            Self::Points => "viewer/points",
-            Self::Window => "viewer/window",
-            Self::Grains => "viewer/grains",
-        }
+        self.names()[0]
     }
 
     /// The topic of that name.
@@ -63,16 +68,7 @@ impl Topic {
 
     /// Name of the schema.
     pub fn schema_name(self) -> &'static str {
-        match self {
-            Self::Command => "bedload.Command",
-            Self::Loads => "bedload.Loads",
-            Self::Kinematics => "bedload.Kinematics",
-            Self::Status => "bedload.Status",
-            Self::Scene => "foxglove.SceneUpdate",
-            Self::Points => "foxglove.PointCloud",
-            Self::Window => "bedload.viewer.Window",
-            Self::Grains => "bedload.viewer.Grains",
-        }
+        self.names()[1]
     }
 
     /// Whether a replay needs it (else it is for viewers).

@@ -100,10 +100,8 @@ impl Viewer {
             }
             Topic::Status if self.pending.is_some() => {
                 let (role, status): (u64, Status) = codec::decode(payload)?;
-                match role == Role::Fluid as u64 {
-                    true => self.fluid = status,
-                    false => self.dem = status,
-                }
+                let kept = if role == Role::Fluid as u64 { &mut self.fluid } else { &mut self.dem };
+                *kept = status;
             }
             _ => {}
         }

@@ -50,11 +50,6 @@ impl LogReader {
 }
 
 impl Windows {
-    /// The log they come from.
-    pub fn reader(&self) -> &LogReader {
-        &self.reader
-    }
-
     /// Step and attempt of a window that breaks off at the end, once the end was met.
     pub fn unfinished(&self) -> Option<(u64, u64)> {
         self.unfinished
@@ -74,26 +69,17 @@ impl Windows {
         match (message, &mut self.open) {
             (Message::Command(command), open) => match Order::try_from(command.order) {
                 Ok(Order::Advance | Order::Repeat) => {
-                    open.replace(LoggedWindow { command, loads: None, kinematics: None, accepted: false })
+                    let next = LoggedWindow { command, loads: None, kinematics: None, accepted: false };
+                    return open.replace(next);
                 }
-                Ok(Order::Accept) => {
-                    if let Some(window) = open {
-                        window.accepted = true;
-                    }
-                    None
-                }
-                _ => None,
+                Ok(Order::Accept) => open.iter_mut().for_each(|window| window.accepted = true),
+                _ => {}
             },
-            (Message::Loads(header, loads), Some(window)) => {
-                window.loads = Some((header, loads));
-                None
-            }
-            (Message::Kinematics(header, grains), Some(window)) => {
-                window.kinematics = Some((header, grains));
-                None
-            }
-            _ => None,
+            (Message::Loads(header, loads), Some(window)) => window.loads = Some((header, loads)),
+            (Message::Kinematics(header, grains), Some(window)) => window.kinematics = Some((header, grains)),
+            _ => {}
         }
+        None
     }
 
     /// The window under way when the log ends: given if complete.

@@ -65,11 +65,8 @@ impl Heap {
     }
 
     fn mean_reach(&self, sides: &[Vec<usize>; 2]) -> Option<f64> {
-        let ends: Vec<f64> = sides
-            .iter()
-            .filter(|side| !side.is_empty())
-            .map(|side| side.iter().map(|place| self.reach[*place]).fold(0.0, f64::max))
-            .collect();
+        let end = |side: &Vec<usize>| side.iter().map(|place| self.reach[*place]).fold(0.0, f64::max);
+        let ends: Vec<f64> = sides.iter().filter(|side| !side.is_empty()).map(end).collect();
         (!ends.is_empty()).then(|| ends.iter().sum::<f64>() / ends.len() as f64)
     }
 
@@ -107,11 +104,8 @@ impl Heap {
             let side = if *place < self.left { 0..self.left } else { self.left..self.top.len() };
             self.top[side].iter().any(|top| *top > 0.0)
         };
-        let inside: Vec<f64> = (0..self.top.len())
-            .filter(|place| self.middle(*place).abs() < within)
-            .filter(stands)
-            .map(|p| self.top[p])
-            .collect();
+        let inside = (0..self.top.len()).filter(|place| self.middle(*place).abs() < within).filter(stands);
+        let inside: Vec<f64> = inside.map(|place| self.top[place]).collect();
         inside.iter().sum::<f64>() / inside.len().max(1) as f64
     }
 

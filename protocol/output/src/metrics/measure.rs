@@ -105,14 +105,11 @@ impl Metrics {
     /// # Errors
     /// If the state is of other metrics.
     pub fn restore(&mut self, state: MetricsState, reached: f64) -> Result<(), String> {
-        let fits = state.trajectories.len() == self.state.trajectories.len()
-            && state.accumulators.len() == self.state.accumulators.len()
-            && state
-                .accumulators
-                .iter()
-                .zip(&self.state.accumulators)
-                .all(|(new, old)| std::mem::discriminant(new) == std::mem::discriminant(old));
-        if !fits {
+        let kinds = |state: &MetricsState| {
+            let kinds: Vec<_> = state.accumulators.iter().map(std::mem::discriminant).collect();
+            (state.trajectories.len(), kinds)
+        };
+        if kinds(&state) != kinds(&self.state) {
             return Err("the checkpoint is of other metrics; leave [[metrics]] as they were".into());
         }
         let fresh = std::mem::replace(&mut self.state, state);

@@ -85,17 +85,16 @@ impl Oblique {
         let pair = |number: usize| {
             let (i, j) = (2 * number, 2 * number + 1);
             let n = (Vector3::from(grains[i].position) - Vector3::from(grains[j].position)).normalize();
-            let slip = |vi: [f64; 3], vj: [f64; 3], wi: [f64; 3], wj: [f64; 3]| {
-                let (vi, vj, wi, wj) =
-                    (Vector3::from(vi), Vector3::from(vj), Vector3::from(wi), Vector3::from(wj));
+            let slip = |motion: [[f64; 3]; 4]| {
+                let [vi, vj, wi, wj] = motion.map(Vector3::from);
                 let surface = vi - vj - (wi * grains[i].radius + wj * grains[j].radius).cross(&n);
                 (surface - n * n.dot(&surface), n.dot(&surface))
             };
             let (a, b) = (&grains[i], &grains[j]);
             let (before, approach) =
-                slip(a.velocity.start(), b.velocity.start(), a.spin.start(), b.spin.start());
+                slip([&a.velocity, &b.velocity, &a.spin, &b.spin].map(|value| value.start()));
             let (a, b) = (&last[i], &last[j]);
-            let (after, leave) = slip(a.velocity, b.velocity, a.spin, b.spin);
+            let (after, leave) = slip([a.velocity, b.velocity, a.spin, b.spin]);
             if !(approach < 0.0 && leave > 0.0) {
                 return Err(format!("grains {i} and {j} have not collided and parted"));
             }
@@ -149,16 +148,8 @@ mod tests {
         // so (1 − (−1)) − 2·0.5·0.5 = 1.5, Ψ₂ = 0.75.
         let error = table.largest_error(&grains, &last).unwrap();
         assert!((error - 0.25).abs() < 1e-12, "{error}");
-        assert!(
-            table
-                .largest_error(
-                    &grains,
-                    &grains
-                        .clone()
-                        .map(|g| Kinematics { velocity: g.velocity.start(), ..Kinematics::default() })
-                )
-                .is_err()
-        );
+        let start = |g: &Grain| Kinematics { velocity: g.velocity.start(), ..Kinematics::default() };
+        assert!(table.largest_error(&grains, &grains.each_ref().map(start)).is_err());
         assert!(Oblique::parse(TABLE, &BTreeMap::from([("ratio".into(), "0.4".into())])).is_err());
         assert!(Oblique::parse("a,b\n1,2\n", &BTreeMap::new()).unwrap_err().contains("psi1"));
     }

@@ -49,13 +49,11 @@ pub fn parts([nx, ny]: [usize; 2], data: &[Array], parts: &[Part]) -> String {
         text,
         "<PRectilinearGrid WholeExtent=\"0 {nx} 0 {ny} 0 {nz}\" GhostLevel=\"0\">\n<PCellData>\n"
     );
-    let mut array = |kind: &str, name: &str, components: usize| {
-        let _ = writeln!(
-            text,
-            "<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"/>"
-        );
-    };
-    data.iter().for_each(|one| array(one.kind(), one.name, one.components));
+    for array in data {
+        let (kind, name, count) = (array.kind(), array.name, array.components);
+        let _ =
+            writeln!(text, "<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{count}\"/>");
+    }
     text += "</PCellData>\n<PCoordinates>\n";
     for name in ["x", "y", "z"] {
         let _ = writeln!(text, "<PDataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"1\"/>");

@@ -163,7 +163,8 @@ fn poly_data(time: f64, position: Vec<f64>, ends: Vec<i64>, kind: &str, data: &[
 
 /// Cell data on a uniform grid, `.vti`; x fastest.
 pub fn image(time: f64, origin: [f64; 3], spacing: [f64; 3], cells: [usize; 3], data: &[Array]) -> Vec<u8> {
-    let extent = extent(cells);
+    let [nx, ny, nz] = cells;
+    let extent = format!("0 {nx} 0 {ny} 0 {nz}");
     let list = |v: [f64; 3]| format!("{:e} {:e} {:e}", v[0], v[1], v[2]);
     let mut writer = Writer::new("ImageData");
     let _ = writeln!(
@@ -195,10 +196,6 @@ pub fn rectilinear_part(time: f64, faces: &[Vec<f64>; 3], first: usize, data: &[
     writer.finish("</Piece>\n</RectilinearGrid>\n")
 }
 
-fn extent([x, y, z]: [usize; 3]) -> String {
-    format!("0 {x} 0 {y} 0 {z}")
-}
-
 /// Adds `file` (a name in the folder of the list) at `time` to a `.pvd`, in order of time; a file
 /// already listed is moved to the new time.
 ///
@@ -206,13 +203,10 @@ fn extent([x, y, z]: [usize; 3]) -> String {
 /// [`OutputError::File`].
 pub fn list(path: &Path, time: f64, file: &str) -> Result<(), OutputError> {
     let old = std::fs::read_to_string(path).unwrap_or_default();
-    let mut entries: Vec<(f64, String)> = old
-        .lines()
-        .filter_map(|line| {
-            Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?.to_owned()))
-        })
-        .filter(|(_, name)| name != file)
-        .collect();
+    let entry =
+        |line: &str| Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?.to_owned()));
+    let others = old.lines().filter_map(entry).filter(|(_, name)| name != file);
+    let mut entries: Vec<(f64, String)> = others.collect();
     entries.push((time, file.to_owned()));
     entries.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut text = String::from(

@@ -6,7 +6,6 @@ use bedload_output::{
     Observer, OutputError, OutputFolder, RunStatus, Sample, Series, Sides, Summary, atomic_write,
 };
 use bedload_scene::CheckedScene;
-use protocol::facts::{DemFacts, FluidFacts};
 use protocol::message::{Header, Loads};
 
 use crate::stage::{falling, fresh, scene, sphere, window};
@@ -16,12 +15,9 @@ fn the_resolved_scene_is_a_scene_and_the_same_one() {
     let root = fresh("resolved").join("run");
     let scene_read = sphere("locked = []\n");
     let folder = OutputFolder::create(&root, &scene_read, false).expect("creates");
-    let resolved = |text: &str| text.parse::<toml::Table>().expect("a table");
-    let fluid = FluidFacts { resolved: resolved("cfl = 0.5"), ..FluidFacts::default() };
-    let dem = DemFacts { resolved: resolved("contact_time = 1e-3"), ..DemFacts::default() };
-    folder
-        .write_scene(&scene_read, Some(&fluid), Some(&dem), Some(&resolved("scheme = \"explicit\"")))
-        .expect("writes");
+    let sections = ["cfl = 0.5", "contact_time = 1e-3", "scheme = \"explicit\""];
+    let sections = sections.map(|text| text.parse::<toml::Table>().expect("a table"));
+    folder.write_scene(&scene_read, sections.each_ref().map(Some)).expect("writes");
     let text = fs::read_to_string(folder.scene()).expect("text");
     assert_eq!(bedload_output::state_of(&text), Some(scene_read.state_sha256().as_str()));
     assert_eq!(bedload_output::state_of(text.split_once('\n').expect("lines").1), None, "without the marker");

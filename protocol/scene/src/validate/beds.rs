@@ -140,26 +140,22 @@ impl Bed<'_> {
         positive(source, &key("density"), density)?;
         finite(source, &key("lower"), self.corners[0])?;
         finite(source, &key("upper"), self.corners[1])?;
-        if (0.0..1.0).contains(&self.spread) {
-            return Ok(());
-        }
-        Err(source.error(
+        source.refuse_if(
+            !(0.0..1.0).contains(&self.spread),
             &key("radius_spread"),
-            format!("is {}; allowed: 0 ≤ spread < 1", self.spread),
+            format_args!("is {}; allowed: 0 ≤ spread < 1", self.spread),
             "a spread of 1 or more makes a radius ≤ 0",
-        ))
+        )
     }
 
     /// The largest grain fits in along a component.
     fn room(&self, c: usize) -> Check {
         let width = 2.0 * self.radius * (1.0 + self.spread);
-        if self.corners[1][c] - self.corners[0][c] >= width {
-            return Ok(());
-        }
-        Err(self.source.error(
+        self.source.refuse_if(
+            self.corners[1][c] - self.corners[0][c] < width,
             &(self.key)("upper"),
-            format!("leaves no room for a grain of diameter {width}"),
+            format_args!("leaves no room for a grain of diameter {width}"),
             "make the region larger than the largest grain",
-        ))
+        )
     }
 }

@@ -25,23 +25,19 @@ pub(super) fn domain(scene: &Scene, source: &SceneSource) -> Check {
     finite(source, "domain.lower", &domain.lower)?;
     finite(source, "domain.upper", &domain.upper)?;
     for ((lower, upper), axis) in domain.lower.iter().zip(&domain.upper).zip(axes) {
-        if lower >= upper {
-            let message = format!("upper {upper} is not above lower {lower} along {axis:?}");
-            return Err(source.error(
-                "domain.upper",
-                message,
-                "make every upper coordinate larger than its lower one",
-            ));
-        }
-    }
-    if domain.geometry == Geometry::Axisymmetric {
         source.refuse_if(
-            domain.lower[0] != 0.0,
-            "domain.lower",
-            format_args!("starts at r = {}", domain.lower[0]),
-            "an axisymmetric box starts at r = 0",
+            lower >= upper,
+            "domain.upper",
+            format_args!("upper {upper} is not above lower {lower} along {axis:?}"),
+            "make every upper coordinate larger than its lower one",
         )?;
     }
+    source.refuse_if(
+        domain.geometry == Geometry::Axisymmetric && domain.lower[0] != 0.0,
+        "domain.lower",
+        format_args!("starts at r = {}", domain.lower[0]),
+        "an axisymmetric box starts at r = 0",
+    )?;
     missing::along_axis(&scene.gravity, domain.geometry, "gravity", source)?;
     boundary(scene, source)?;
     cells(scene, source)
@@ -126,13 +122,12 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
             ),
             "a wall's velocity lies in its plane: set this component to 0",
         )?;
-        if !face.velocity.is_zero() && face.kind != WallKind::NoSlip {
-            return Err(source.error(
-                &key,
-                format!("is {:?} on a face of {name} that is not no-slip", face.velocity.peak(scene.until)),
-                "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
-            ));
-        }
+        source.refuse_if(
+            !face.velocity.is_zero() && face.kind != WallKind::NoSlip,
+            &key,
+            format_args!("is {:?} on a face of {name} that is not no-slip", face.velocity.peak(scene.until)),
+            "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
+        )?;
     }
     Ok(())
 }
@@ -150,11 +145,8 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
         "give the number of cells along each axis",
     )?;
     if let Some(few) = domain.cells.iter().find(|count| **count < 4) {
-        return Err(source.error(
-            "domain.cells",
-            format!("has {few} cells along an axis; at least 4"),
-            "refine the grid",
-        ));
+        let what = format!("has {few} cells along an axis; at least 4");
+        return Err(source.error("domain.cells", what, "refine the grid"));
     }
     let total = domain.cells.iter().try_fold(1usize, |product, count| product.checked_mul(*count));
     source.refuse_if(
@@ -166,11 +158,8 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
     let Some(stretching) = domain.stretching else { return Ok(()) };
     positive(source, "domain.stretching.spacing", stretching.spacing)?;
     let Some(axis) = axes.iter().position(|axis| *axis == stretching.axis) else {
-        return Err(source.error(
-            "domain.stretching.axis",
-            format!("is {:?}, but the axes are {axes:?}", stretching.axis),
-            "name an axis of this geometry",
-        ));
+        let what = format!("is {:?}, but the axes are {axes:?}", stretching.axis);
+        return Err(source.error("domain.stretching.axis", what, "name an axis of this geometry"));
     };
     source.refuse_if(
         domain.is_periodic(axis),
@@ -187,19 +176,14 @@ fn cells(scene: &Scene, source: &SceneSource) -> Check {
         "let the uniform part hold a whole number of cells",
     )?;
     let rest = count as f64 - uniform.round();
-    if !(stretching.uniform_to < upper
-        && rest >= 2.0
-        && rest * stretching.spacing <= upper - stretching.uniform_to)
-    {
-        let message = format!(
+    let left = upper - stretching.uniform_to;
+    source.refuse_if(
+        !(stretching.uniform_to < upper && rest >= 2.0 && rest * stretching.spacing <= left),
+        "domain.stretching",
+        format_args!(
             "{count} cells do not reach from {lower} to {upper} with widths that grow from {}",
             stretching.spacing
-        );
-        return Err(source.error(
-            "domain.stretching",
-            message,
-            "take fewer cells, a smaller spacing, or no stretching",
-        ));
-    }
-    Ok(())
+        ),
+        "take fewer cells, a smaller spacing, or no stretching",
+    )
 }

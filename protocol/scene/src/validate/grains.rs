@@ -34,13 +34,12 @@ fn grain_key(scene: &Scene, index: usize, name: &str) -> String {
 ///
 /// Grains from `present` on are inserted later, where there is room then.
 pub(crate) fn grains(scene: &Scene, grains: &[Grain], present: usize, source: &SceneSource) -> Check {
-    if grains.is_empty() && scene.medium.is_none() {
-        return Err(source.error(
-            "grains",
-            "the scene has neither fluid nor grains",
-            "add [medium] or [[grains]]",
-        ));
-    }
+    source.refuse_if(
+        grains.is_empty() && scene.medium.is_none(),
+        "grains",
+        "the scene has neither fluid nor grains",
+        "add [medium] or [[grains]]",
+    )?;
     for (index, grain) in grains[..present].iter().enumerate() {
         one(scene, index, grain, source)?;
     }
@@ -59,11 +58,8 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
     finite(source, &key("position"), &grain.position)?;
     let norm: f64 = grain.orientation.iter().map(|q| q * q).sum();
     if (norm - 1.0).abs() > 1e-6 || norm.is_nan() {
-        return Err(source.error(
-            &key("orientation"),
-            format!("{:?} has norm² {norm}", grain.orientation),
-            "give a unit quaternion (w, x, y, z)",
-        ));
+        let message = format!("{:?} has norm² {norm}", grain.orientation);
+        return Err(source.error(&key("orientation"), message, "give a unit quaternion (w, x, y, z)"));
     }
     let initial = scene.medium.as_ref().map(|medium| &medium.initial);
     source.refuse_if(
@@ -79,19 +75,13 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         "leave it out, or leave out `motion`",
     )?;
     let geometry = scene.domain.geometry;
-    if geometry == Geometry::Axisymmetric && (grain.position[0] != 0.0 || grain.position[1] != 0.0) {
-        return Err(source.error(
-            &key("position"),
-            format!("{:?} is off the axis", grain.position),
-            "an axisymmetric grain has x = y = 0",
-        ));
+    if geometry == Geometry::Axisymmetric && grain.position[..2] != [0.0; 2] {
+        let message = format!("{:?} is off the axis", grain.position);
+        return Err(source.error(&key("position"), message, "an axisymmetric grain has x = y = 0"));
     }
     if geometry == Geometry::Plane && grain.position[1] != 0.0 {
-        return Err(source.error(
-            &key("position"),
-            format!("{:?} is out of the plane (x, z)", grain.position),
-            "set y = 0",
-        ));
+        let message = format!("{:?} is out of the plane (x, z)", grain.position);
+        return Err(source.error(&key("position"), message, "set y = 0"));
     }
     missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
     missing::of_spin(&grain.spin, geometry, &key("spin"), source)?;

@@ -12,25 +12,23 @@ use crate::shared::Scene;
 use crate::source::SceneSource;
 
 /// What a number, or each of a list, must be.
-enum Rule {
-    Positive,
-    NotNegative,
-    Finite,
-}
+type Rule = fn(&SceneSource, &str, f64) -> Check;
+const POSITIVE: Rule = |source, key, value| positive(source, key, value.min(f64::MAX));
+const FINITE: Rule = |source, key, value| finite(source, key, &[value]);
 
 /// Keys of kinds of metrics that hold numbers.
 const NUMBERS: [(&str, Rule); 11] = [
-    ("gap", Rule::Positive),
-    ("from", Rule::NotNegative),
-    ("to", Rule::Positive),
-    ("level", Rule::Finite),
-    ("through", Rule::Finite),
-    ("half_length", Rule::Positive),
-    ("release", Rule::NotNegative),
-    ("surface", Rule::Positive),
-    ("speed", Rule::Positive),
-    ("share", Rule::Positive),
-    ("at", Rule::Finite),
+    ("gap", POSITIVE),
+    ("from", not_negative),
+    ("to", POSITIVE),
+    ("level", FINITE),
+    ("through", FINITE),
+    ("half_length", POSITIVE),
+    ("release", not_negative),
+    ("surface", POSITIVE),
+    ("speed", POSITIVE),
+    ("share", POSITIVE),
+    ("at", FINITE),
 ];
 
 /// Metrics have names of their own; they and `observe.grains` name grains that exist.
@@ -83,11 +81,7 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             let mut values: Vec<f64> = list.into_iter().flatten().filter_map(Value::as_float).collect();
             values.extend(number(name));
             for value in values {
-                match rule {
-                    Rule::Positive => positive(source, &key(name), value.min(f64::MAX))?,
-                    Rule::NotNegative => not_negative(source, &key(name), value)?,
-                    Rule::Finite => finite(source, &key(name), &[value])?,
-                }
+                rule(source, &key(name), value)?;
             }
         }
         let planes = ["mean-fluid-velocity", "mean-grain-velocity", "shields", "fluid-shields"];
@@ -133,11 +127,8 @@ pub(crate) fn metrics(scene: &Scene, count: usize, source: &SceneSource) -> Chec
             heap(scene, source, &key, centre, number("bin").unwrap_or(0.0))?;
         }
         if let Some(grain) = metric.kind.grain().filter(|grain| *grain >= count) {
-            return Err(source.error(
-                &key("grain"),
-                format!("is {grain}, but the scene has {count} grains"),
-                "count grains from 0",
-            ));
+            let what = format!("is {grain}, but the scene has {count} grains");
+            return Err(source.error(&key("grain"), what, "count grains from 0"));
         }
     }
     let chosen = scene.observe.substeps.as_ref().map(|asked| &asked.grains);

@@ -80,8 +80,7 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
                 "medium.initial",
                 format_args!("shears {direction:?} along {gradient:?}; the axes are {axes:?}"),
                 "name two different axes of this geometry",
-            )?;
-            Ok(())
+            )
         }
         InitialVelocity::TaylorGreen { amplitude } => {
             finite(source, "medium.initial.amplitude", &[*amplitude])
@@ -100,14 +99,12 @@ fn stop(scene: &Scene, source: &SceneSource) -> Check {
         "ends dry runs only",
         "leave it out, and let `until` end the run",
     )?;
-    if scene.gravity.is_zero() {
-        return Err(source.error(
-            "stop_when",
-            "measures energy in m g R, but the scene has no gravity",
-            "give gravity, or leave it out",
-        ));
-    }
-    Ok(())
+    source.refuse_if(
+        scene.gravity.is_zero(),
+        "stop_when",
+        "measures energy in m g R, but the scene has no gravity",
+        "give gravity, or leave it out",
+    )
 }
 
 /// A wall that turns: about an axis of the geometry, and into no periodic axis.
@@ -162,11 +159,8 @@ fn servo(scene: &Scene, index: usize, source: &SceneSource) -> Check {
         not_negative(source, &key("servo.pressure"), pull)?;
     }
     let Some(area) = wall.area(&scene.domain) else {
-        return Err(source.error(
-            &key("servo"),
-            format!("has no area: the normal {:?} lies along no axis of the box", wall.normal),
-            "give `area` in m² (plane: m)",
-        ));
+        let what = format!("has no area: the normal {:?} lies along no axis of the box", wall.normal);
+        return Err(source.error(&key("servo"), what, "give `area` in m² (plane: m)"));
     };
     positive(source, &key("servo.area"), area)?;
     let size = length(&wall.normal);
