@@ -46,7 +46,7 @@ struct Asked {
 
 /// What was chosen, and what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Expected {
+pub struct Expected {
     /// Relative error asked for.
     pub(crate) target: f64,
     /// Relative error that the chart has for this setting.
@@ -76,7 +76,10 @@ impl std::fmt::Display for Expected {
 }
 
 /// The options with the settings that `accuracy` asks for before the user's own, if it is given.
-pub(crate) fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
+///
+/// # Errors
+/// [`Failure`]: a scene that cannot be read, or an accuracy that no chart has for it.
+pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
     let source = SceneSource::read(&options.scene, &options.all_overrides())?;
     let Some((target, text)) = asked(&source)? else { return Ok((options.clone(), None)) };
     let scene = CheckedScene::new(source)?;

@@ -11,6 +11,7 @@ use bedload_program::RunOptions;
 use serde::{Deserialize, Serialize};
 
 use super::folder::{cannot, make};
+use coupler::accuracy;
 use coupler::failure::Failure;
 
 /// Signals by which somebody else ends a run.
@@ -172,6 +173,12 @@ impl Outcome {
 }
 
 impl Task {
+    /// What its run reads: with the settings that `accuracy` chooses, where its scene asks for one.
+    pub(crate) fn options(&self) -> Result<RunOptions, Failure> {
+        let written = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        accuracy::resolve(&written).map(|(options, _)| options)
+    }
+
     /// What the same run of the same version left, if it is to be kept.
     pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
         Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
@@ -179,7 +186,7 @@ impl Task {
 
     /// The summary that a run of the same scene and version left in the folder.
     fn summary(&self) -> Result<Option<Summary>, String> {
-        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        let options = self.options().map_err(|failure| failure.to_string())?;
         let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
         let summary = Summary::read(&self.folder.join("summary.json")).ok();
         Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))

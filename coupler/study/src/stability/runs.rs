@@ -1,7 +1,6 @@
 //! The runs of a map: what each sets besides its varied keys, and what became of it.
 
 use bedload_output::{RunStatus, Series, Summary};
-use bedload_program::RunOptions;
 
 use super::classify::{self, Class, Finding};
 use crate::folder::content;
@@ -41,9 +40,9 @@ pub(crate) fn classify(
 /// Margin of the section's bound in the plan of a run, and whether it refuses the plan.
 fn refusal(section: &Section, task: &Task) -> Result<(Option<f64>, bool), Failure> {
     // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
-    let options = RunOptions { overrides: task.set.clone(), ..RunOptions::of_scene(&task.scene) };
     let plan = |failure| Failure::Input(format!("the run {} cannot be planned: {failure}", task.name));
-    let (margin, refused) = held(&Prepared::new(&options).map_err(plan)?.plan.bounds, &section.bound);
+    let prepared = task.options().and_then(|options| Prepared::new(&options)).map_err(plan)?;
+    let (margin, refused) = held(&prepared.plan.bounds, &section.bound);
     Ok((Some(margin).filter(|margin| !margin.is_nan()), refused))
 }
 
