@@ -58,20 +58,41 @@ pub struct Expected {
     pub(crate) label: String,
     /// `KEY=VALUE` as applied.
     pub(crate) set: Vec<String>,
+    /// Of these, what the user's own `--set` changes: then nothing is expected.
+    pub(crate) changed: Vec<String>,
 }
 
 impl std::fmt::Display for Expected {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "accuracy {} %: as {}, run {} of {}, whose error is {} %: {}",
-            Short(100.0 * self.target),
-            self.class,
-            self.label,
-            self.chart,
-            Short(100.0 * self.error),
-            self.set.join(", ")
-        )
+        let Self { class, label, chart, .. } = self;
+        let (target, error) = (Short(100.0 * self.target), Short(100.0 * self.error));
+        let of = |set: &[String]| set.join(", ");
+        if self.changed.is_empty() {
+            let set = of(&self.set);
+            return write!(f, "accuracy {target} %: as {class}, run {label} of {chart}, whose error is {error} %: {set}");
+        }
+        let changed = of(&self.changed);
+        write!(f, "accuracy {target} %: nothing is promised: --set changes {changed} of run {label} of {chart}")
+    }
+}
+
+impl Expected {
+    /// The options with these settings before the user's own, and which of them those change.
+    ///
+    /// # Errors
+    /// [`SceneError`] where a setting does not fit.
+    pub(crate) fn before(mut self, options: &RunOptions) -> Result<(RunOptions, Self), SceneError> {
+        let overrides = [&self.set[..], &options.overrides[..]].concat();
+        let options = RunOptions { overrides, ..options.clone() };
+        let source = SceneSource::read(&options.scene, &options.all_overrides())?;
+        let values = |source: &SceneSource| source.text.parse::<toml::Table>().ok();
+        let written = values(&source);
+        for set in &self.set {
+            if values(&source.clone().with_overrides(std::slice::from_ref(set))?) != written {
+                self.changed.push(set.clone());
+            }
+        }
+        Ok((options, self))
     }
 }
 
@@ -83,9 +104,18 @@ pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), F
     let source = SceneSource::read(&options.scene, &options.all_overrides())?;
     let Some((target, text)) = asked(&source)? else { return Ok((options.clone(), None)) };
     let scene = CheckedScene::new(source)?;
-    let expected = choose(&scene, target, &text)?;
-    let overrides = [&expected.set[..], &options.overrides[..]].concat();
-    Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
+    match choose(&scene, target, &text) {
+        Ok(expected) => {
+            let (options, expected) = expected.before(options)?;
+            Ok((options, Some(expected)))
+        }
+        // Its settings are those with which it began, as its checkpoint sees to: those of --verify, say.
+        Err(refused) if options.resume => {
+            protocol::tell!("bedload: accuracy {}; the run goes on with what is set", refused.message);
+            Ok((options.clone(), None))
+        }
+        Err(refused) => Err(refused.into()),
+    }
 }
 
 /// The relative error that a scene asks for, as a part and as it is written. It reads the key alone: most
@@ -160,6 +190,7 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
         chart: class.chart_file(),
         label: setting.worst.label.clone(),
         set: transfer::transferred(setting.worst, class, scene),
+        changed: Vec::new(),
     })
 }
 

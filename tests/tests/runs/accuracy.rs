@@ -251,8 +251,11 @@ fn what_no_chart_can_promise_is_refused_with_what_it_can() {
     if refuses_stale(&scene, "5%", "docs/charts/settling-axis.csv") {
         return;
     }
-    // `--set` wins over what accuracy chooses.
+    // `--set` wins over what accuracy chooses, which then promises nothing.
     let output = bedload(&["check", path(&scene), "--accuracy", "5%", "--set", "fluid.time.dt=1.25e-4"]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("dt fluid       1.250e-4 s"), "{}", said(&output));
+    assert!(said(&output).contains("nothing is promised: --set changes fluid.time.dt="), "{}", said(&output));
+    let output = bedload(&["check", path(&scene), "--accuracy", "5%", "--set", "observe.every=0.01"]);
+    assert!(said(&output).contains("whose error is"), "{}", said(&output));
 }
