@@ -6,6 +6,7 @@ use bedload_program::RunOptions;
 use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
+use protocol::scheme::SchemeKey;
 
 use crate::bounds::Bound;
 use crate::config::Coupling;
@@ -73,6 +74,16 @@ impl Prepared {
         let of_fluid = fluid.as_ref().map(|fluid| &fluid.facts);
         let plan = Plan::new(&scene, &coupling, of_fluid, dem.as_ref().map(|dem| &dem.facts), memory)?;
         Ok(Self { scene, coupling, fluid, dem, plan })
+    }
+
+    /// `[coupling]` with the scheme that the plan chose.
+    ///
+    /// # Errors
+    /// [`Failure::Run`] where it is no TOML.
+    pub(crate) fn resolved_coupling(&self) -> Result<toml::Table, Failure> {
+        let scheme = self.plan.scheme.map_or(self.coupling.scheme, SchemeKey::from);
+        let coupling = Coupling { scheme, ..self.coupling.clone() };
+        toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))
     }
 
     /// Does a solver that is not ours take part?

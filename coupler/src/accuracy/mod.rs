@@ -14,12 +14,14 @@
 //! | `charted` | what a chart says of each of its runs, as `data/*.toml` |
 //! | `pick` | the cheapest setting of a chart that is exact enough |
 //! | `transfer` | a setting, transferred to another scene |
+//! | `written` | settings of its own that a scene has, and those that it only writes out |
 
 mod charted;
 mod class;
 mod numbers;
 mod pick;
 mod transfer;
+mod written;
 
 use bedload_program::RunOptions;
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
@@ -66,12 +68,12 @@ impl std::fmt::Display for Expected {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { class, label, chart, .. } = self;
         let (target, error) = (Short(100.0 * self.target), Short(100.0 * self.error));
-        let of = |set: &[String]| set.join(", ");
         if self.changed.is_empty() {
-            let set = of(&self.set);
-            return write!(f, "accuracy {target} %: as {class}, run {label} of {chart}, whose error is {error} %: {set}");
+            let set = self.set.join(", ");
+            let of = format!("run {label} of {chart}, whose error is {error} %");
+            return write!(f, "accuracy {target} %: as {class}, {of}: {set}");
         }
-        let changed = of(&self.changed);
+        let changed = self.changed.join(", ");
         write!(f, "accuracy {target} %: nothing is promised: --set changes {changed} of run {label} of {chart}")
     }
 }
@@ -139,7 +141,7 @@ pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
 /// What the chart of a scene's class has for `target`; `text`: the target as the user wrote it.
 pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
-    let class = Class::of(scene).map_err(|why| {
+    let none = |why: String| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         refuse(
             format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
@@ -147,7 +149,8 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
                 "{MEASURE}; or leave accuracy out and set domain.cells, fluid.time and dem.steps_per_contact"
             ),
         )
-    })?;
+    };
+    let class = Class::of_problem(scene).map_err(none)?;
     let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
     let numbers = class.numbers(scene);
     let charted: Vec<Vec<f64>> = chart.runs.iter().map(|run| run.numbers.clone()).collect();
@@ -174,6 +177,10 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
             &format!("ask for less; or {MEASURE}"),
         )
     })?;
+    let set = transfer::transferred(setting.worst, class, scene);
+    if let Some(other) = written::own(scene, &class.uncharted(scene), &set) {
+        return Err(none(class::nothing_with(other)));
+    }
     if let Some(stale) = &chart.stale {
         let table = &chart.table;
         return Err(refuse(
@@ -189,7 +196,7 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
         class: class.name(),
         chart: class.chart_file(),
         label: setting.worst.label.clone(),
-        set: transfer::transferred(setting.worst, class, scene),
+        set,
         changed: Vec::new(),
     })
 }
