@@ -74,7 +74,10 @@ impl std::fmt::Display for Expected {
             return write!(f, "accuracy {target} %: as {class}, {of}: {set}");
         }
         let changed = self.changed.join(", ");
-        write!(f, "accuracy {target} %: nothing is promised: --set changes {changed} of run {label} of {chart}")
+        write!(
+            f,
+            "accuracy {target} %: nothing is promised: --set changes {changed} of run {label} of {chart}"
+        )
     }
 }
 

@@ -25,11 +25,7 @@ pub(super) fn settings(table: &Table, before: &str) -> Vec<Setting> {
 
 /// The first of some settings of a scene without which it would have another one, where `set` holds besides;
 /// the first of all where the solvers cannot be asked.
-pub(super) fn own<'a>(
-    scene: &CheckedScene,
-    settings: &'a [Setting],
-    set: &[String],
-) -> Option<&'a Setting> {
+pub(super) fn own<'a>(scene: &CheckedScene, settings: &'a [Setting], set: &[String]) -> Option<&'a Setting> {
     let first = settings.first()?;
     let text = scene.source.text_for_any_folder();
     let options = RunOptions { no_commands: true, ..RunOptions::of_scene(scene.source.file.as_ref()) };
@@ -37,7 +33,8 @@ pub(super) fn own<'a>(
     let without = settings.iter().fold(with.clone(), |change, (key, _)| change.remove(key.as_str()));
     let made = |change: &Change| choices(&change.prepared(&text, &options)?.1).ok();
     let (Some(with), Some(without)) = (made(&with), made(&without)) else { return Some(first) };
-    let value = |of: &[Setting], key: &str| of.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone());
+    let value =
+        |of: &[Setting], key: &str| of.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone());
     settings.iter().find(|(key, _)| value(&with, key) != value(&without, key))
 }
 

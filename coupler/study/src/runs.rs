@@ -11,7 +11,7 @@ use bedload_program::RunOptions;
 use bedload_scene::CheckedScene;
 use serde::{Deserialize, Serialize};
 
-use super::folder::{cannot, make};
+use super::folder::{cannot, make, remove};
 use coupler::accuracy;
 use coupler::failure::Failure;
 
@@ -124,10 +124,8 @@ fn in_turn(chain: &[Task], program: &Path, reuse: Reuse, origin: &Origin) -> Res
         let later = &chain[place + 1..];
         // What started from an earlier state of this run is nothing to keep.
         if !later.is_empty() && !matches!(task.finished(reuse), Ok(Some(_))) {
-            for summary in
-                later.iter().map(|task| task.folder.join("summary.json")).filter(|path| path.exists())
-            {
-                std::fs::remove_file(&summary).map_err(cannot("remove", &summary))?;
+            for task in later {
+                remove(&task.folder.join("summary.json"))?;
             }
         }
         last = match task.outcome(program, reuse, origin)? {
@@ -213,10 +211,17 @@ impl Task {
         let left = self.left(&scene, &inputs);
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
         if left.is_none() && self.folder.join("summary.json").exists() {
-            protocol::tell!("bedload: {}: its scene, a file that it reads or the version has changed", self.name);
+            protocol::tell!(
+                "bedload: {}: its scene, a file that it reads or the version has changed",
+                self.name
+            );
         }
         if let Some(outcome) = left.and_then(|summary| reuse.outcome(summary)) {
-            let gone = if inputs.iter().any(String::is_empty) { "; a state or table that it read is gone" } else { "" };
+            let gone = if inputs.iter().any(String::is_empty) {
+                "; a state or table that it read is gone"
+            } else {
+                ""
+            };
             protocol::tell!("bedload: {}: finished before{gone}", self.name);
             return Ok(outcome);
         }

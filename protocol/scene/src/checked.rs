@@ -133,7 +133,9 @@ impl CheckedScene {
     /// that ended is the same only if they are. Empty where one cannot be read.
     pub fn inputs_sha256(&self) -> Vec<String> {
         let files = self.source.files().into_iter().filter(|(key, _)| NO_STATE.contains(key));
-        let of = |(key, path): (&str, PathBuf)| input(key, &path).map_or_else(String::new, |bytes| hexadecimal(&bytes));
+        let of = |(key, path): (&str, PathBuf)| {
+            input(key, &path).map_or_else(String::new, |bytes| hexadecimal(&bytes))
+        };
         files.map(of).collect()
     }
 

@@ -120,6 +120,15 @@ fn a_seed_that_fails_is_named_and_the_others_count() {
         );
         assert_eq!(rows(&out, "metric")[0].2 as usize, 6 - failed.len());
     }
+    // Without any there is no table, of earlier runs neither.
+    let output =
+        bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--set", "dem.steps_per_contact=4"]);
+    let text = said(&output);
+    assert!(
+        output.status.code() == Some(1) && text.contains("2 of 2 seeds failed; there is no table"),
+        "{text}"
+    );
+    assert!(!out.join("ensemble.csv").exists() && !out.join("ensemble.svg").exists());
     // Where no seed has room the command is at fault.
     let output = bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--set", "groups[0].count=40"]);
     let text = said(&output);
