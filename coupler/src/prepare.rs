@@ -6,6 +6,7 @@ use bedload_program::RunOptions;
 use bedload_scene::CheckedScene;
 use protocol::facts::{DemFacts, FluidFacts};
 use protocol::participant::Role;
+use protocol::scheme::SchemeKey;
 
 use crate::bounds::Bound;
 use crate::config::Coupling;
@@ -78,6 +79,16 @@ impl Prepared {
     /// The solvers of the fluid and of the DEM, as far as they take part.
     pub(crate) fn solvers(&self) -> [Option<&Solver>; 2] {
         [self.fluid.as_ref().map(|fluid| &fluid.solver), self.dem.as_ref().map(|dem| &dem.solver)]
+    }
+
+    /// `[coupling]` with the scheme that the plan chose.
+    ///
+    /// # Errors
+    /// [`Failure::Run`] where it is no TOML.
+    pub(crate) fn resolved_coupling(&self) -> Result<toml::Table, Failure> {
+        let scheme = self.plan.scheme.map_or(self.coupling.scheme, SchemeKey::from);
+        let coupling = Coupling { scheme, ..self.coupling.clone() };
+        toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))
     }
 
     /// Does a solver that is not ours take part?

@@ -134,6 +134,13 @@ pub fn open_any(folder: &Path, role: &str) -> Result<(String, Payload), SolverEr
     Ok((payload.identity()?, payload))
 }
 
+/// The digest of what [`write()`] wrote for a role, by its head alone; none where there is no such file.
+pub fn digest(folder: &Path, role: &str) -> Option<Digest> {
+    let mut head = [0; HEAD];
+    crate::input_file::open(&path(folder, role)).ok()?.read_exact(&mut head).ok()?;
+    head[24..].try_into().ok()
+}
+
 /// The payload of a checkpoint, read from its file part by part: the fields of a struct are parts, as are the
 /// number of entries of a list and each of them.
 #[derive(Debug)]

@@ -7,6 +7,7 @@ use bedload_scene::{
 
 use super::charted::Charted;
 use super::numbers::{Number, Side};
+use super::written::{Setting, settings};
 use crate::keys;
 use bedload_scene::speeds::{Speeds, drive};
 
@@ -44,6 +45,11 @@ const KNOWN: [(&str, &str, &str); 5] = [
 /// Why a scene is in no class.
 type Reason = String;
 
+/// Why a scene with this setting is in none.
+pub(super) fn nothing_with((key, value): &Setting) -> Reason {
+    format!("nothing was charted with {key} = {value}")
+}
+
 /// The first of the reasons that holds.
 fn first<const N: usize>(reasons: [(bool, &str); N]) -> Option<Reason> {
     reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
@@ -78,23 +84,18 @@ fn contact(scene: &CheckedScene, key: &str, default: f64) -> f64 {
     value.and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64))).unwrap_or(default)
 }
 
-/// The dotted keys of a table with their values as typed.
-fn dotted(table: &toml::Table, before: &str, into: &mut Vec<(String, toml::Value)>) {
-    for (key, value) in table {
-        let key = format!("{before}{key}");
-        match value {
-            toml::Value::Table(table) => dotted(table, &format!("{key}."), into),
-            value => into.push((key, value.clone())),
-        }
-    }
-}
-
 impl Class {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Axis, Self::Space, Self::Bounce, Self::Lattice, Self::Collision];
 
     /// The class of a scene, or why it is in none.
     pub fn of(scene: &CheckedScene) -> Result<Self, Reason> {
+        let class = Self::of_problem(scene)?;
+        class.uncharted(scene).first().map_or(Ok(class), |other| Err(nothing_with(other)))
+    }
+
+    /// The same by all that the scene says but the settings of its solvers.
+    pub(super) fn of_problem(scene: &CheckedScene) -> Result<Self, Reason> {
         let free = scene.has_free_grains();
         let class = match (&scene.scene.medium, scene.scene.domain.geometry) {
             (None, _) => Self::Collision,
@@ -158,27 +159,20 @@ impl Class {
 
     /// What of the scene the chart has none of.
     fn asks_for(self, scene: &CheckedScene) -> Option<Reason> {
-        let reason = match self {
+        match self {
             Self::Collision => collision(scene),
             Self::Axis | Self::Space | Self::Bounce => alone(scene).or_else(|| settling(scene, self)),
             Self::Lattice => alone(scene).or_else(|| lattice(scene)),
-        };
-        reason.or_else(|| self.other_setting(scene))
+        }
     }
 
-    /// A key of a solver's section with which nothing was charted.
-    fn other_setting(self, scene: &CheckedScene) -> Option<Reason> {
-        let mut given = Vec::new();
-        let sections = [
-            ("fluid.", &scene.scene.fluid),
-            ("dem.", &scene.scene.dem),
-            ("coupling.", &scene.scene.coupling),
-        ];
-        for (name, section) in sections {
-            dotted(section, name, &mut given);
-        }
+    /// What the scene says of the settings of its solvers, and no chart varies.
+    pub(super) fn uncharted(self, scene: &CheckedScene) -> Vec<Setting> {
+        let sections =
+            [("fluid", &scene.scene.fluid), ("dem", &scene.scene.dem), ("coupling", &scene.scene.coupling)];
+        let given = sections.into_iter().flat_map(|(name, section)| settings(section, name));
         let is = |value: &toml::Value, text: &str| value.as_str() == Some(text);
-        let is_charted = |(key, value): &&(String, toml::Value)| match key.as_str() {
+        let is_charted = |(key, value): &Setting| match key.as_str() {
             keys::CFL => true,
             keys::FLUID_DT => self != Self::Bounce,
             keys::TIME_SCHEME => is(value, keys::AB2),
@@ -188,8 +182,7 @@ impl Class {
             "dem.contact.law" => is(value, keys::LINEAR),
             other => other.starts_with("dem.contact.") || other.starts_with("coupling.deadline"),
         };
-        let other = given.iter().find(|pair| !is_charted(pair));
-        other.map(|(key, value)| format!("nothing was charted with {key} = {value}"))
+        given.filter(|setting| !is_charted(setting)).collect()
     }
 
     /// Its numbers: the first is the one between whose charted values a scene's errors are looked up.

@@ -14,12 +14,14 @@
 //! | `charted` | what a chart says of each of its runs, as `data/*.toml` |
 //! | `pick` | the cheapest setting of a chart that is exact enough |
 //! | `transfer` | a setting, transferred to another scene |
+//! | `written` | settings of its own that a scene has, and those that it only writes out |
 
 mod charted;
 mod class;
 mod numbers;
 mod pick;
 mod transfer;
+mod written;
 
 use bedload_program::RunOptions;
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
@@ -46,7 +48,7 @@ struct Asked {
 
 /// What was chosen, and what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Expected {
+pub struct Expected {
     /// Relative error asked for.
     pub(crate) target: f64,
     /// Relative error that the chart has for this setting.
@@ -58,31 +60,67 @@ pub(crate) struct Expected {
     pub(crate) label: String,
     /// `KEY=VALUE` as applied.
     pub(crate) set: Vec<String>,
+    /// Of these, what the user's own `--set` changes: then nothing is expected.
+    pub(crate) changed: Vec<String>,
 }
 
 impl std::fmt::Display for Expected {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { class, label, chart, .. } = self;
+        let (target, error) = (Short(100.0 * self.target), Short(100.0 * self.error));
+        if self.changed.is_empty() {
+            let set = self.set.join(", ");
+            let of = format!("run {label} of {chart}, whose error is {error} %");
+            return write!(f, "accuracy {target} %: as {class}, {of}: {set}");
+        }
+        let changed = self.changed.join(", ");
         write!(
             f,
-            "accuracy {} %: as {}, run {} of {}, whose error is {} %: {}",
-            Short(100.0 * self.target),
-            self.class,
-            self.label,
-            self.chart,
-            Short(100.0 * self.error),
-            self.set.join(", ")
+            "accuracy {target} %: nothing is promised: --set changes {changed} of run {label} of {chart}"
         )
     }
 }
 
+impl Expected {
+    /// The options with these settings before the user's own, and which of them those change.
+    ///
+    /// # Errors
+    /// [`SceneError`] where a setting does not fit.
+    pub(crate) fn before(mut self, options: &RunOptions) -> Result<(RunOptions, Self), SceneError> {
+        let overrides = [&self.set[..], &options.overrides[..]].concat();
+        let options = RunOptions { overrides, ..options.clone() };
+        let source = SceneSource::read(&options.scene, &options.all_overrides())?;
+        let values = |source: &SceneSource| source.text.parse::<toml::Table>().ok();
+        let written = values(&source);
+        for set in &self.set {
+            if values(&source.clone().with_overrides(std::slice::from_ref(set))?) != written {
+                self.changed.push(set.clone());
+            }
+        }
+        Ok((options, self))
+    }
+}
+
 /// The options with the settings that `accuracy` asks for before the user's own, if it is given.
-pub(crate) fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
+///
+/// # Errors
+/// [`Failure`]: a scene that cannot be read, or an accuracy that no chart has for it.
+pub fn resolve(options: &RunOptions) -> Result<(RunOptions, Option<Expected>), Failure> {
     let source = SceneSource::read(&options.scene, &options.all_overrides())?;
     let Some((target, text)) = asked(&source)? else { return Ok((options.clone(), None)) };
     let scene = CheckedScene::new(source)?;
-    let expected = choose(&scene, target, &text)?;
-    let overrides = [&expected.set[..], &options.overrides[..]].concat();
-    Ok((RunOptions { overrides, ..options.clone() }, Some(expected)))
+    match choose(&scene, target, &text) {
+        Ok(expected) => {
+            let (options, expected) = expected.before(options)?;
+            Ok((options, Some(expected)))
+        }
+        // Its settings are those with which it began, as its checkpoint sees to: those of --verify, say.
+        Err(refused) if options.resume => {
+            protocol::tell!("bedload: accuracy {}; the run goes on with what is set", refused.message);
+            Ok((options.clone(), None))
+        }
+        Err(refused) => Err(refused.into()),
+    }
 }
 
 /// The relative error that a scene asks for, as a part and as it is written. It reads the key alone: most
@@ -106,14 +144,15 @@ pub(crate) fn offered(scene: &CheckedScene, target: f64) -> Option<Expected> {
 /// What the chart of a scene's class has for `target`; `text`: the target as the user wrote it.
 pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Expected, SceneError> {
     let refuse = |message: String, remedy: &str| scene.source.error("accuracy", message, remedy);
-    let class = Class::of(scene).map_err(|why| {
+    let none = |why: String| {
         let names: Vec<&str> = Class::ALL.iter().map(|class| class.name()).collect();
         let keys = "domain.cells, fluid.time and dem.steps_per_contact";
         refuse(
             format!("has no chart for this scene: {why}; there are charts for {}", names.join(", ")),
             &format!("{MEASURE}; or leave accuracy out and set {keys}"),
         )
-    })?;
+    };
+    let class = Class::of_problem(scene).map_err(none)?;
     let chart = class.charted().map_err(|what| refuse(what, "mend the chart"))?;
     let numbers = class.numbers(scene);
     let charted: Vec<Vec<f64>> = chart.runs.iter().map(|run| run.numbers.clone()).collect();
@@ -136,6 +175,10 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
             &format!("ask for less; or {MEASURE}"),
         )
     })?;
+    let set = transfer::transferred(setting.worst, class, scene);
+    if let Some(other) = written::own(scene, &class.uncharted(scene), &set) {
+        return Err(none(class::nothing_with(other)));
+    }
     if let Some(stale) = &chart.stale {
         let table = &chart.table;
         return Err(refuse(
@@ -151,7 +194,8 @@ pub(crate) fn choose(scene: &CheckedScene, target: f64, text: &str) -> Result<Ex
         class: class.name(),
         chart: class.chart_file(),
         label: setting.worst.label.clone(),
-        set: transfer::transferred(setting.worst, class, scene),
+        set,
+        changed: Vec::new(),
     })
 }
 

@@ -9,12 +9,11 @@ use bedload_output::OutputFolder;
 use bedload_program::{Interrupts, RunOptions, Setup};
 use protocol::channel::{CouplerLink, Rendezvous, Waiting};
 use protocol::participant::{ExchangeError, Role};
-use protocol::scheme::{Scheme, SchemeKey};
+use protocol::scheme::Scheme;
 
 use super::diagnosis::{alive, explain};
 use super::link::CoupledLink;
 use super::schedule::{CoupledSchedule, CoupledState};
-use crate::config::Coupling;
 use crate::descriptors;
 use crate::failure::Failure;
 use crate::prepare::Prepared;
@@ -87,9 +86,7 @@ impl<'a> Setup for Coupled<'a> {
 /// Writes the scene as the solvers read it, and the plan.
 pub(crate) fn write_scene(prepared: &Prepared, folder: &OutputFolder) -> Result<(), Failure> {
     // The solvers read the scheme that the plan chose.
-    let scheme = prepared.plan.scheme.map_or(prepared.coupling.scheme, SchemeKey::from);
-    let coupling = Coupling { scheme, ..prepared.coupling.clone() };
-    let coupling = toml::Table::try_from(&coupling).map_err(|error| Failure::Run(error.to_string()))?;
+    let coupling = prepared.resolved_coupling()?;
     // What a solver did not resolve stays as the user wrote it.
     let fluid = prepared.fluid.as_ref().map(|fluid| &fluid.facts.resolved);
     let dem = prepared.dem.as_ref().map(|dem| &dem.facts.resolved);

@@ -1,13 +1,17 @@
 //! A change of a scene's text.
 
+use bedload_program::RunOptions;
 use bedload_scene::SceneSource;
 use toml::{Table, Value};
 
+use crate::prepare::Prepared;
+use crate::scratch::scratch;
+
 /// Keys to set and keys to leave out, dotted.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Change {
+pub(crate) struct Change {
     set: Vec<(&'static str, Value)>,
-    remove: Vec<&'static str>,
+    remove: Vec<String>,
     overrides: Vec<String>,
 }
 
@@ -19,13 +23,13 @@ impl Change {
     }
 
     /// Also leaves `key` out, if it is there.
-    pub(super) fn remove(mut self, key: &'static str) -> Self {
-        self.remove.push(key);
+    pub(crate) fn remove(mut self, key: impl Into<String>) -> Self {
+        self.remove.push(key.into());
         self
     }
 
     /// Also sets what `KEY=VALUE` of `--set` would, in the end.
-    pub(super) fn overrides(mut self, overrides: Vec<String>) -> Self {
+    pub(crate) fn overrides(mut self, overrides: Vec<String>) -> Self {
         self.overrides.extend(overrides);
         self
     }
@@ -49,10 +53,21 @@ impl Change {
         let source = SceneSource { file: String::new(), text: toml::to_string(&table).ok()? };
         Some(source.with_overrides(&self.overrides).ok()?.text)
     }
+
+    /// The changed text and its plan; nothing where it is refused.
+    pub(crate) fn prepared(&self, text: &str, options: &RunOptions) -> Option<(String, Prepared)> {
+        let scene = self.of(text)?;
+        let folder = scratch().ok()?;
+        let file = folder.path().join("scene.toml");
+        std::fs::write(&file, &scene).ok()?;
+        let (threads, no_commands) = (options.threads, options.no_commands);
+        let options = RunOptions { threads, no_commands, ..RunOptions::of_scene(&file) };
+        Some((scene, Prepared::new(&options).ok()?))
+    }
 }
 
 /// `a.b.c` → (a, b), c.
-fn split(key: &'static str) -> (Vec<&'static str>, &'static str) {
+fn split(key: &str) -> (Vec<&str>, &str) {
     let mut parts: Vec<&str> = key.split('.').collect();
     let name = parts.pop().unwrap_or(key);
     (parts, name)

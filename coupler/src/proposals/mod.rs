@@ -27,9 +27,8 @@ use crate::failure::Failure;
 use crate::number::Short;
 use crate::number::norm;
 use crate::prepare::Prepared;
-use crate::scratch::scratch;
 use bedload_scene::speeds::drive;
-use change::Change;
+pub(crate) use change::Change;
 
 /// Largest error that is worth proposing.
 const WORTH: f64 = 0.02;
@@ -102,16 +101,9 @@ pub(crate) fn cheaper(prepared: &Prepared, options: &RunOptions, name: &str) -> 
 
 /// Prepares the changed scene and compares the costs; nothing where it is refused or no cheaper.
 fn worked_out(idea: Idea, prepared: &Prepared, options: &RunOptions) -> Option<Proposal> {
-    let scene = idea.change.of(&prepared.scene.source.text_for_any_folder())?;
-    let folder = scratch().ok()?;
-    let file = folder.path().join("scene.toml");
-    std::fs::write(&file, &scene).ok()?;
-    let changed = Prepared::new(&RunOptions {
-        threads: options.threads,
-        no_commands: options.no_commands,
-        ..RunOptions::of_scene(&file)
-    });
-    let changed = changed.ok().filter(|changed| changed.refuse_broken().is_ok())?;
+    let text = prepared.scene.source.text_for_any_folder();
+    let (scene, changed) = idea.change.prepared(&text, options)?;
+    changed.refuse_broken().ok()?;
     let by_plans = (changed.plan.cost > 0.0).then(|| prepared.plan.cost / changed.plan.cost);
     let saving = idea.saving.or(by_plans)?;
     let least = if idea.error > 0.0 { 1.0 / CHEAP } else { 1.0 };

@@ -79,20 +79,19 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
         let remedy = "leave --verify out, and refine dem.steps_per_contact";
         return Err(scene.source.error("accuracy", message, remedy).into());
     }
-    let set = match accuracy::choose(&scene, target, &text) {
+    let (mut base, charted) = match accuracy::choose(&scene, target, &text) {
         Ok(expected) => {
+            let (base, expected) = expected.before(options)?;
             protocol::tell!("bedload: {expected}");
-            expected.set
+            (base, !expected.set.is_empty())
         }
         Err(refused) => {
             protocol::tell!("bedload: accuracy {}; its own grids are measured", refused.message);
-            Vec::new()
+            (options.clone(), false)
         }
     };
-    let (charted, named) = (!set.is_empty(), !scene.scene.metrics.is_empty());
-    let overrides =
-        [set, options.overrides.clone(), measured::metrics(&scene).into_iter().collect()].concat();
-    let base = RunOptions { overrides, ..options.clone() };
+    let named = !scene.scene.metrics.is_empty();
+    base.overrides.extend(measured::metrics(&scene));
     let scene = base.read_scene()?;
     let names = measured::names(&scene, named);
     if names.is_empty() {
@@ -120,8 +119,7 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     let outcome = summarise(&folder, &mut summary, outcome);
     crate::coupled::draw(folder.root(), report);
     outcome?;
-    let more: String = planned[rung].options.overrides.iter().map(|set| format!(" --set '{set}'")).collect();
-    bedload_program::done("bedload", folder.root(), &format!("; to go on:{more}"));
+    bedload_program::done("bedload", folder.root(), &format!("; to go on:{}", planned[rung].settings()));
     Ok(())
 }
 
@@ -187,6 +185,11 @@ impl Planned {
         let resolution = resolution.map_or(String::new(), |cells| format!("D/Δx = {:.3}, ", Short(cells)));
         format!("{resolution}{:?} cells, {} windows, {cost}", self.rung.cells, plan.windows)
     }
+
+    /// Its `--set`, with which its run goes on.
+    fn settings(&self) -> String {
+        self.options.overrides.iter().map(|set| format!(" --set '{set}'")).collect()
+    }
 }
 
 /// Runs grid after grid until one is exact enough.
@@ -200,7 +203,11 @@ fn climb(
 ) -> Result<(), Failure> {
     for (place, grid) in planned.iter().enumerate() {
         protocol::tell!("bedload: grid {} of at most {}: {}", place + 1, planned.len(), grid.line());
-        run::carry_out(&grid.options, &grid.prepared, interrupts, |folder| Ok(folder.to_owned()))?;
+        let ran = run::carry_out(&grid.options, &grid.prepared, interrupts, |folder| Ok(folder.to_owned()));
+        if ran.is_err() && interrupts.count() > 0 {
+            protocol::say!("bedload: grid {} goes on without --verify, with{}", place + 1, grid.settings());
+        }
+        ran?;
         if interrupts.count() > 0 {
             return Err(Failure::Interrupted(format!("after grid {}", place + 1)));
         }

@@ -155,8 +155,11 @@ pub fn ensemble(asked: &Ensemble, options: &Options) -> Result<(), Failure> {
     if failed.is_empty() {
         return Ok(());
     }
+    if done.is_empty() {
+        ["ensemble.csv", "ensemble.svg"].iter().try_for_each(|name| folder::remove(&out.join(name)))?;
+    }
     let count = failed.len();
-    let rest = if done.is_empty() { "" } else { "; the table is of the others" };
+    let rest = if done.is_empty() { "; there is no table" } else { "; the table is of the others" };
     Err(Failure::Run(format!("{count} of {seeds} seeds failed{rest}: {}", failed.join("; "))))
 }
 
@@ -227,13 +230,15 @@ fn seeds(source: &SceneSource, seed: usize) -> Vec<String> {
         let entries = scene.get(list).and_then(toml::Value::as_array).into_iter().flatten();
         // A rough wall has its radii at random, where they differ.
         let is_random = |entry: &toml::Value| {
-            list != "rough_walls"
-                || entry.get("radius_spread").is_some_and(|spread| spread.as_float() != Some(0.0))
+            let is_zero =
+                |spread: &toml::Value| spread.as_float() == Some(0.0) || spread.as_integer() == Some(0);
+            list != "rough_walls" || entry.get("radius_spread").is_some_and(|spread| !is_zero(spread))
         };
         for (place, entry) in entries.enumerate().filter(|(_, entry)| seed > 0 && is_random(entry)) {
             let written = entry.get("seed").and_then(toml::Value::as_integer).unwrap_or(0);
-            let more = STRIDE.saturating_mul(i64::try_from(seed).unwrap_or(i64::MAX));
-            set.push(format!("{list}[{place}].seed={}", written.saturating_add(more)));
+            // Past the largest they go on from 0.
+            let more = STRIDE.wrapping_mul(seed as i64);
+            set.push(format!("{list}[{place}].seed={}", written.wrapping_add(more) & i64::MAX));
         }
     }
     set
@@ -399,13 +404,14 @@ mod tests {
 
     #[test]
     fn each_seed_of_a_scene_grows_and_the_first_run_is_the_scene_itself() {
-        let text = "groups = [{ seed = 1 }, {}]\n[[insertions]]\nseed = 7\n\
-                    [[rough_walls]]\nradius_spread = 0.1\n[[rough_walls]]\nradius_spread = 0.0\n";
+        let text = "groups = [{ seed = 1 }, {}, { seed = 9223372036854775807 }]\n[[insertions]]\nseed = 7\n\
+                    [[rough_walls]]\nradius_spread = 0.1\n[[rough_walls]]\nradius_spread = 0.0\n\
+                    [[rough_walls]]\nradius_spread = 0\n";
         let source = SceneSource { file: "s.toml".into(), text: text.into() };
         assert!(seeds(&source, 0).is_empty());
         let third = ["rough_walls[0].seed=2000", "groups[0].seed=2001", "groups[1].seed=2000"];
         assert_eq!(seeds(&source, 2)[..3], third);
-        assert_eq!(seeds(&source, 2)[3], "insertions[0].seed=2007");
+        assert_eq!(seeds(&source, 2)[3..], ["groups[2].seed=1999", "insertions[0].seed=2007"]);
     }
 
     #[test]

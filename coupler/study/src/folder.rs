@@ -58,6 +58,14 @@ pub(super) fn make(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(cannot("make", folder))
 }
 
+/// Removes a file, if it is there.
+pub(super) fn remove(path: &Path) -> Result<(), Failure> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(cannot("remove", path)(error)),
+        _ => Ok(()),
+    }
+}
+
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
     protocol::input_file::read_text(path).map_err(cannot("read", path))
 }

@@ -8,9 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bedload_output::{RunStatus, Summary, atomic_write};
 use bedload_program::RunOptions;
+use bedload_scene::CheckedScene;
 use serde::{Deserialize, Serialize};
 
-use super::folder::{cannot, make};
+use super::folder::{cannot, make, remove};
+use coupler::accuracy;
 use coupler::failure::Failure;
 
 /// Signals by which somebody else ends a run: a hangup, an interrupt, a request to end.
@@ -67,6 +69,9 @@ pub(crate) struct Origin {
     pub(crate) machine: String,
     /// Other runs that shared the machine, at most.
     pub(crate) beside: usize,
+    /// [`CheckedScene::inputs_sha256`] as it began.
+    #[serde(default)]
+    pub(crate) inputs: Vec<String>,
 }
 
 /// Model of this machine's processor.
@@ -101,7 +106,7 @@ pub(crate) fn run_chains(
         make(folder)?;
     }
     let beside = jobs.min(chains.len()).max(1) - 1;
-    let origin = Origin { commit: commit.to_owned(), machine: machine(), beside };
+    let origin = Origin { commit: commit.to_owned(), machine: machine(), beside, inputs: Vec::new() };
     let outcomes = at_a_time(jobs, chains, |chain| in_turn(chain, &program, reuse, &origin));
     let missing = || Ok(Outcome::Failed("the run was not made".to_owned()));
     outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect()
@@ -113,9 +118,8 @@ fn in_turn(chain: &[Task], program: &Path, reuse: Reuse, origin: &Origin) -> Res
         let later = &chain[place + 1..];
         // What started from an earlier state of this run is nothing to keep.
         if !later.is_empty() && !matches!(task.finished(reuse), Ok(Some(_))) {
-            let summaries = later.iter().map(|task| task.folder.join("summary.json"));
-            for summary in summaries.filter(|path| path.exists()) {
-                std::fs::remove_file(&summary).map_err(cannot("remove", &summary))?;
+            for task in later {
+                remove(&task.folder.join("summary.json"))?;
             }
         }
         last = match task.outcome(program, reuse, origin)? {
@@ -165,38 +169,69 @@ impl Outcome {
 }
 
 impl Task {
+    /// What its run reads: with the settings that `accuracy` chooses, where its scene asks for one.
+    pub(crate) fn options(&self) -> Result<RunOptions, Failure> {
+        let written = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
+        accuracy::resolve(&written).map(|(options, _)| options)
+    }
+
     /// What the same run of the same version left, if it is to be kept.
-    pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, String> {
-        Ok(self.summary()?.and_then(|summary| reuse.outcome(summary)))
+    pub(crate) fn finished(&self, reuse: Reuse) -> Result<Option<Outcome>, Failure> {
+        let scene = self.options()?.read_scene()?;
+        Ok(self.left(&scene, &scene.inputs_sha256()).and_then(|summary| reuse.outcome(summary)))
+    }
+
+    /// The summary that a run of the same scene, inputs and version left in the folder. An input that is gone
+    /// says nothing against it.
+    fn left(&self, scene: &CheckedScene, inputs: &[String]) -> Option<Summary> {
+        let began = self.origin().inputs;
+        let is_same = |(now, then): (&String, &String)| now.is_empty() || now == then;
+        let same = began.len() == inputs.len() && inputs.iter().zip(&began).all(is_same);
+        self.summary(scene).filter(|_| same)
     }
 
     /// The summary that a run of the same scene and version left in the folder.
-    fn summary(&self) -> Result<Option<Summary>, String> {
-        let options = RunOptions { overrides: self.set.clone(), ..RunOptions::of_scene(&self.scene) };
-        let sha256 = options.read_scene().map_err(|error| error.to_string())?.sha256();
-        let summary = Summary::read(&self.folder.join("summary.json")).ok();
-        Ok(summary.filter(|left| left.scene_sha256 == sha256 && left.version == env!("CARGO_PKG_VERSION")))
+    fn summary(&self, scene: &CheckedScene) -> Option<Summary> {
+        let left = Summary::read(&self.folder.join("summary.json")).ok()?;
+        (left.scene_sha256 == scene.sha256() && left.version == env!("CARGO_PKG_VERSION")).then_some(left)
     }
 
     fn outcome(&self, program: &Path, reuse: Reuse, origin: &Origin) -> Result<Outcome, Failure> {
-        let left = match self.summary() {
-            Ok(left) => left,
-            Err(error) => return Ok(Outcome::Failed(error)),
+        let scene = match self.options().and_then(|options| Ok(options.read_scene()?)) {
+            Ok(scene) => scene,
+            Err(failure) => return Ok(Outcome::Failed(failure.to_string())),
         };
+        let inputs = scene.inputs_sha256();
+        let left = self.left(&scene, &inputs);
         let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
         if left.is_none() && self.folder.join("summary.json").exists() {
-            protocol::tell!("bedload: {}: its scene, a table of it or the version has changed", self.name);
+            protocol::tell!(
+                "bedload: {}: its scene, a file that it reads or the version has changed",
+                self.name
+            );
         }
-        match left.and_then(|summary| reuse.outcome(summary)) {
-            Some(outcome) => {
-                protocol::tell!("bedload: {}: finished before", self.name);
-                Ok(outcome)
-            }
-            None => self.make(program, reuse, resume, origin),
+        if let Some(outcome) = left.and_then(|summary| reuse.outcome(summary)) {
+            let gone = if inputs.iter().any(String::is_empty) {
+                "; a state or table that it read is gone"
+            } else {
+                ""
+            };
+            protocol::tell!("bedload: {}: finished before{gone}", self.name);
+            return Ok(outcome);
         }
+        // What goes on began with what was there then.
+        let inputs = if resume { self.origin().inputs } else { inputs };
+        self.make(program, reuse, resume, &scene, &Origin { inputs, ..origin.clone() })
     }
 
-    fn make(&self, program: &Path, reuse: Reuse, resume: bool, origin: &Origin) -> Result<Outcome, Failure> {
+    fn make(
+        &self,
+        program: &Path,
+        reuse: Reuse,
+        resume: bool,
+        scene: &CheckedScene,
+        origin: &Origin,
+    ) -> Result<Outcome, Failure> {
         let name = &self.name;
         protocol::tell!("bedload: {name}: {}", if resume { "goes on" } else { "runs" });
         let said = self.beside("log");
@@ -213,8 +248,8 @@ impl Task {
             return Err(failure);
         }
         // Only what this run wrote is taken for its result: there was nothing to reuse before it.
-        let outcome = match self.finished(reuse) {
-            Ok(Some(Outcome::Done(summary))) if status.success() => {
+        let outcome = match self.summary(scene).and_then(|summary| reuse.outcome(summary)) {
+            Some(Outcome::Done(summary)) if status.success() => {
                 protocol::tell!("bedload: {name}: done in {:.1} s", summary.cost.wall_s);
                 Outcome::Done(summary)
             }
@@ -222,7 +257,7 @@ impl Task {
                 protocol::say!("bedload: {name}: failed, see {}", said.display());
                 let plain = || format!("the run ended with {status}, see {}", said.display());
                 match left {
-                    Ok(Some(Outcome::Failed(why))) => Outcome::Failed(why),
+                    Some(Outcome::Failed(why)) => Outcome::Failed(why),
                     _ if reuse == Reuse::AlsoFailed => {
                         Outcome::Failed(self.reason(&said).unwrap_or_else(plain))
                     }

@@ -1,5 +1,7 @@
 //! A scene that passed every check.
 
+use std::path::{Path, PathBuf};
+
 use crate::error::SceneError;
 use crate::form;
 use crate::grains::{Grain, Motion};
@@ -123,6 +125,17 @@ impl CheckedScene {
         })
     }
 
+    /// SHA-256 of each file that does not count in [`sha256`](Self::sha256): the last states from which a run
+    /// starts, and tables that metrics read. A run that goes on needs neither states nor their folders; one
+    /// that ended is the same only if they are. Empty where one cannot be read.
+    pub fn inputs_sha256(&self) -> Vec<String> {
+        let files = self.source.files().into_iter().filter(|(key, _)| NO_STATE.contains(key));
+        let of = |(key, path): (&str, PathBuf)| {
+            input(key, &path).map_or_else(String::new, |bytes| hexadecimal(&bytes))
+        };
+        files.map(of).collect()
+    }
+
     /// Refuses to go on from `time`, s, if that is past the end.
     ///
     /// # Errors
@@ -155,5 +168,23 @@ fn contents(source: &SceneSource) -> Option<String> {
 }
 
 /// Files that a run does not read anew when it goes on, or that only its judge reads.
-const NO_STATE: [&str; 4] =
-    ["metrics[].file", "chart.reference.file", "dem.initial_state", "medium.initial.folder"];
+const NO_STATE: [&str; 3] = ["metrics[].file", STATE, FLOW];
+
+/// The last state of the grains of another run.
+const STATE: &str = "dem.initial_state";
+
+/// That of its fluid.
+const FLOW: &str = "medium.initial.folder";
+
+/// What a run takes from such a file; of the output folder of another run: a state, and what says which
+/// grains and which grid it is of.
+fn input(key: &str, path: &Path) -> Option<Vec<u8>> {
+    let (role, beside) = match key {
+        STATE => ("dem", "grains.csv"),
+        FLOW => ("fluid", "scene.toml"),
+        _ => return protocol::input_file::read(path).ok(),
+    };
+    let state = protocol::checkpoint::digest(&protocol::checkpoints::newest_of_run(path), role)?;
+    let beside = protocol::input_file::read(&path.join(beside)).unwrap_or_default();
+    Some([&state[..], &beside].concat())
+}

@@ -217,6 +217,32 @@ fn what_lies_outside_of_a_chart_is_refused_by_its_numbers() {
 }
 
 #[test]
+fn defaults_that_a_scene_writes_out_are_no_settings_of_its_own() {
+    let folder = Folder::new("accuracy-defaults");
+    let scene = folder.write("scene.toml", &settling(0.01534));
+    if refuses_stale(&scene, "20%", "docs/charts/settling-axis.csv") {
+        return;
+    }
+    let expected = |arguments: &[&str]| {
+        let output = bedload(&[&["check"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        said(&output).lines().find(|line| line.contains("whose error is")).expect("a promise").to_owned()
+    };
+    let plain = expected(&[path(&scene), "--accuracy", "20%"]);
+    let written = expected(&[path(&scene), "--accuracy", "20%", "--set", "fluid.method=\"calibrated\""]);
+    assert_eq!(written, plain);
+    // The scene that a run leaves has every default written out.
+    let out = folder.join("out");
+    run(&scene, &out, &["--accuracy", "20%"]);
+    let left = out.join("scene.toml");
+    assert_eq!(expected(&[path(&left)]), plain);
+    // What a scene writes out of another grid is a setting.
+    let output = bedload(&["check", path(&left), "--set", "accuracy=\"2%\""]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(self::plain(&said(&output)).contains("dem.lubrication.resolved_length"), "{}", said(&output));
+}
+
+#[test]
 fn a_bed_is_promised_nothing() {
     let folder = Folder::new("accuracy-bed");
     let mut text = settling(0.01534).replace("axisymmetric", "space").replace("r_upper", "x");
@@ -251,8 +277,11 @@ fn what_no_chart_can_promise_is_refused_with_what_it_can() {
     if refuses_stale(&scene, "5%", "docs/charts/settling-axis.csv") {
         return;
     }
-    // `--set` wins over what accuracy chooses.
+    // `--set` wins over what accuracy chooses, which then promises nothing.
     let output = bedload(&["check", path(&scene), "--accuracy", "5%", "--set", "fluid.time.dt=1.25e-4"]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("dt fluid       1.250e-4 s"), "{}", said(&output));
+    assert!(said(&output).contains("nothing is promised: --set changes fluid.time.dt="), "{}", said(&output));
+    let output = bedload(&["check", path(&scene), "--accuracy", "5%", "--set", "observe.every=0.01"]);
+    assert!(said(&output).contains("whose error is"), "{}", said(&output));
 }

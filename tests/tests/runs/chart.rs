@@ -161,6 +161,43 @@ fn a_chart_is_run_once_and_its_page_made_again() {
     assert!(text(&summary).contains("\"completed\""), "{}", text(&summary));
 }
 
+#[test]
+fn a_run_is_finished_only_with_the_states_and_tables_that_it_began_with() {
+    let folder = Folder::new("chart-inputs");
+    let bed = folder.write("bed.toml", SCENE);
+    let on = SCENE.replace("[dem.contact]", "[dem]\ninitial_state = \"bed\"\n[dem.contact]");
+    let metric = "[[metrics]]\nname = \"apart\"\nkind = \"series-difference\"\ncolumn = \"velocity_z[0]\"\n\
+                  file = \"table.csv\"\n";
+    let chart = "[chart]\nmetric = \"speed\"\nreference = 0.09\n[[chart.runs]]\nlabel = \"a\"\n\
+                 set = { \"dem.steps_per_contact\" = 50 }\n";
+    let scene = folder.write("on.toml", &format!("{on}{metric}{chart}"));
+    let out = folder.join("out");
+    let charted = |expected: &str| {
+        let output = bedload(&["chart".as_ref(), scene.as_os_str(), "--out".as_ref(), out.as_os_str()]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert!(said(&output).contains(&format!("a: {expected}")), "{expected}: {}", said(&output));
+    };
+    let state = |until: &str| {
+        let to = folder.join("bed");
+        let [bed, to] = [&bed, &to].map(|path| path.to_str().expect("UTF-8"));
+        let output = bedload(&["run", bed, "--out", to, "--overwrite", "--until", until]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    };
+    state("0.03");
+    folder.write("table.csv", "t,value\n0.01,0.1\n0.03,0.1\n");
+    charted("runs");
+    charted("finished before");
+    folder.write("table.csv", "t,value\n0.01,0.1\n0.03,0.2\n");
+    charted("runs");
+    state("0.02");
+    charted("runs");
+    // The same again is the same.
+    state("0.02");
+    charted("finished before");
+    std::fs::remove_dir_all(folder.join("bed")).expect("removed");
+    charted("finished before; a state or table that it read is gone");
+}
+
 /// The page in headless Chromium: it is drawn, and its console stays empty. Without the browser only
 /// a remark is left.
 fn in_a_browser(page: &Path) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::Series;
-use tests::harness::{Folder, bedload, metric, said};
+use tests::harness::{Folder, bedload, is_stale, metric, said};
 
 fn scene(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ensemble").join(name);
@@ -120,10 +120,62 @@ fn a_seed_that_fails_is_named_and_the_others_count() {
         );
         assert_eq!(rows(&out, "metric")[0].2 as usize, 6 - failed.len());
     }
+    // Without any there is no table, of earlier runs neither.
+    let output =
+        bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--set", "dem.steps_per_contact=4"]);
+    let text = said(&output);
+    assert!(
+        output.status.code() == Some(1) && text.contains("2 of 2 seeds failed; there is no table"),
+        "{text}"
+    );
+    assert!(!out.join("ensemble.csv").exists() && !out.join("ensemble.svg").exists());
     // Where no seed has room the command is at fault.
     let output = bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--set", "groups[0].count=40"]);
     let text = said(&output);
     assert!(output.status.code() == Some(2) && text.contains("no room"), "{text}");
+}
+
+/// Grains without a fluid, whose settings `accuracy` chooses.
+const GAS: &str = r#"
+until = 0.002
+accuracy = "5%"
+[domain]
+geometry = "space"
+lower = [0.0, 0.0, 0.0]
+upper = [0.02, 0.02, 0.02]
+boundary = { x = "periodic", y = "periodic", z = "periodic" }
+[[groups]]
+count = 10
+lower = [0.0, 0.0, 0.0]
+upper = [0.02, 0.02, 0.02]
+radius = 0.002
+density = 2500.0
+velocity_deviation = 0.1
+[dem.contact]
+law = "linear-spring-dashpot"
+restitution = 0.87
+contact_time = 1e-4
+friction = 0.25
+[[metrics]]
+name = "energy"
+kind = "final"
+column = "kinetic_energy"
+"#;
+
+#[test]
+fn runs_whose_settings_accuracy_chooses_are_known_again() {
+    if is_stale("docs/charts/oblique-collision.csv") {
+        return;
+    }
+    let folder = Folder::new("ensemble-accuracy");
+    let (scene, out) = (folder.write("gas.toml", GAS), folder.join("out"));
+    let [scene, to] = [&scene, &out].map(|path| path.to_str().expect("UTF-8"));
+    for before in [0, 2] {
+        let output = bedload(&["ensemble", scene, "--seeds", "2", "--out", to, "--jobs", "1"]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert_eq!(said(&output).matches("finished before").count(), before, "{}", said(&output));
+    }
+    assert_eq!(rows(&out, "metric")[0].2, 2);
 }
 
 #[test]

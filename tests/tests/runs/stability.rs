@@ -122,6 +122,26 @@ fn failures_that_check_accepts_end_with_exit_code_1() {
 }
 
 #[test]
+fn what_a_solver_refuses_at_its_start_is_a_point_of_the_map() {
+    let folder = Folder::new("stability-refused");
+    // Of spheres, which that method does not have.
+    let text = SWEEP.replace("izard-2014", "fictitious-domain").replace("[0.3, 4.0]", "[4.0]");
+    let (scene, out) = (folder.write("refused.toml", &text), folder.join("out"));
+    let output = sweep(&scene, &out);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let table = Table::read(&out.join("stability.csv")).expect("a table");
+    let row = table.rows.iter().find(|row| row.values[0] == "paper").expect("the refused run");
+    assert_eq!((row.class, row.refused, row.margin), (Some(Class::Failed), true, None), "{row:?}");
+    assert!(row.note.contains("refuses the scene"), "{row:?}");
+    assert!(table.rows.iter().any(|row| row.class == Some(Class::Stable)), "{table:?}");
+    // Where every run is, the scene is at fault.
+    let scene = folder.write("refused.toml", &text.replace("calibrated", "fictitious-domain"));
+    let output = sweep(&scene, &out);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("every run is refused at its start"), "{}", said(&output));
+}
+
+#[test]
 fn a_wrong_section_is_refused_with_file_line_and_key() {
     let folder = Folder::new("stability-bad");
     let changes = [

@@ -61,6 +61,15 @@ fn a_scene_without_a_chart_is_served_as_exactly_as_asked() {
     let estimate = verification["error"].as_f64().expect("an estimate");
     println!("{count} grids, error {error:.4}, by estimate {estimate:.4}");
     assert!(error <= estimate && estimate <= 0.05, "{error} {estimate}");
+    // It goes on with what was printed, though no chart serves it.
+    let printed = words.split("to go on:").nth(1).expect("what to set");
+    let set = printed.split('\'').skip(1).step_by(2).flat_map(|set| ["--set", set]);
+    let on = ["run", scene, "--out", out_text, "--threads", "1", "--resume", "--until", "0.031"];
+    let output = bedload(&on.into_iter().chain(set).collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("the run goes on with what is set"), "{}", said(&output));
+    let reached = summary(&out)["time"]["simulated"].as_f64().expect("a time");
+    assert!((reached - 0.031).abs() < 1e-9, "{reached}");
 }
 
 #[test]

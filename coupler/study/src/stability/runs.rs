@@ -1,7 +1,6 @@
 //! The runs of a map: what each sets besides its varied keys, and what became of it.
 
 use bedload_output::{RunStatus, Series, Summary};
-use bedload_program::RunOptions;
 
 use super::classify::{self, Class, Finding};
 use crate::folder::content;
@@ -25,8 +24,17 @@ pub(crate) fn classify(
 ) -> Result<(), Failure> {
     // Each asks the solvers for their facts, which are processes: several at a time, too.
     let one = |(row, (task, outcome)): &(Row, &(Task, Outcome))| {
+        // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
+        let plan = task.options().and_then(|options| Prepared::new(&options));
+        if let (Err(Failure::Scene(_) | Failure::Input(_)), Outcome::Failed(why)) = (&plan, outcome) {
+            return Ok(Row { class: Some(Class::Failed), refused: true, note: note(why), ..row.clone() });
+        }
+        let unplanned =
+            |failure| Failure::Input(format!("the run {} cannot be planned: {failure}", task.name));
+        let bounds = plan.map_err(unplanned)?.plan.bounds;
         let found = finding(&study.section, task, outcome)?;
-        let (margin, refused) = refusal(&study.section, task)?;
+        let (margin, refused) = held(&bounds, &study.section.bound);
+        let margin = Some(margin).filter(|margin| !margin.is_nan());
         let growth = Some(found.growth).filter(|growth| !growth.is_nan());
         let note = found.note;
         Ok(Row { class: Some(found.class), growth, margin, refused, note, ..row.clone() })
@@ -35,16 +43,18 @@ pub(crate) fn classify(
     let rows: Vec<(Row, &(Task, Outcome))> = table.rows.iter().cloned().zip(runs).collect();
     let rows = at_a_time(jobs, &rows, one).into_iter().map(|row| row.unwrap_or_else(fault));
     table.rows = rows.collect::<Result<_, _>>()?;
-    Ok(())
+    // Refused at its start, a run has no margin; where all are, the scene is at fault.
+    match table.rows.first() {
+        Some(Row { label, note, .. }) if table.rows.iter().all(|row| row.refused && row.margin.is_none()) => {
+            Err(Failure::Input(format!("every run is refused at its start; {label}: {note}")))
+        }
+        _ => Ok(()),
+    }
 }
 
-/// Margin of the section's bound in the plan of a run, and whether it refuses the plan.
-fn refusal(section: &Section, task: &Task) -> Result<(Option<f64>, bool), Failure> {
-    // With the bounds forced: a plan that may avoid one by other means (another scheme) is not the run's.
-    let options = RunOptions { overrides: task.set.clone(), ..RunOptions::of_scene(&task.scene) };
-    let plan = |failure| Failure::Input(format!("the run {} cannot be planned: {failure}", task.name));
-    let (margin, refused) = held(&Prepared::new(&options).map_err(plan)?.plan.bounds, &section.bound);
-    Ok((Some(margin).filter(|margin| !margin.is_nan()), refused))
+/// Why a run failed, for the table.
+fn note(why: &str) -> String {
+    cell(&why.chars().take(NOTE).collect::<String>())
 }
 
 /// Keys that every run sets: no bound stops it, every window is in the series, and nothing is logged.
@@ -62,7 +72,7 @@ fn finding(section: &Section, task: &Task, outcome: &Outcome) -> Result<Finding,
     let path = task.folder.join("series.csv");
     match outcome {
         Outcome::Failed(why) => {
-            // A run that left no summary was no run: the scene is wrong, or a solver is missing.
+            // A run that left no summary was no run: a solver is missing, say.
             let summary = Summary::read(&task.folder.join("summary.json")).ok();
             if summary
                 .is_none_or(|summary| !matches!(summary.status, RunStatus::Failed | RunStatus::Unstable))
@@ -71,11 +81,7 @@ fn finding(section: &Section, task: &Task, outcome: &Outcome) -> Result<Finding,
             }
             let series = if path.is_file() { Series::read(&path)? } else { Series::default() };
             let growth = classify::growth(series.column(&section.signal).unwrap_or_default());
-            Ok(Finding {
-                class: Class::Failed,
-                growth,
-                note: cell(&why.chars().take(NOTE).collect::<String>()),
-            })
+            Ok(Finding { class: Class::Failed, growth, note: note(why) })
         }
         Outcome::Done(_) => {
             let series = Series::read(&path)?;
