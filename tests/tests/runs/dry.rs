@@ -281,3 +281,87 @@ fn what_is_let_go_does_not_rest_at_once() {
     // 0.45 m of free fall take 0.3 s.
     assert!(summary(&out)["time"]["simulated"].as_f64().expect("a time") > 0.3);
 }
+
+/// A box of 4 × 4 × 3 with a floor and weight 1, grains of radius 0.5.
+fn on_a_floor(grains: &str, more: &str) -> String {
+    format!(
+        "until = 4.0\ngravity = [0.0, 0.0, -1.0]\n[domain]\ngeometry = \"space\"\nlower = [0.0, 0.0, 0.0]\n\
+         upper = [4.0, 4.0, 3.0]\nboundary = {{ x = \"free-slip\", y = \"free-slip\", z_lower = \"no-slip\", \
+         z_upper = \"free-slip\" }}\n{grains}[dem.contact]\nlaw = \"linear-spring-dashpot\"\n\
+         restitution = 0.3\ncontact_time = 0.02\nfriction = 0.5\n{more}"
+    )
+}
+
+/// Walls are judged by where the grains of a state are, not by where the scene has them.
+#[test]
+fn a_state_is_judged_at_the_walls_of_the_scene_that_goes_on() {
+    let folder = Folder::new("state-at-walls");
+    let grain = "[[grains]]\nposition = [1.0, 1.0, 2.4]\nradius = 0.5\ndensity = 1.0\n";
+    complete(&folder.write("first.toml", &on_a_floor(grain, "")), &folder.join("first"), &[]);
+    let go_on = |wall: &str| {
+        let more = format!("[dem]\ninitial_state = \"first\"\n[[walls]]\n{wall}\n");
+        let scene =
+            folder.write("next.toml", &on_a_floor(grain, &more).replace("until = 4.0", "until = 0.1"));
+        let out = folder.join("next");
+        let [scene, out] = [&scene, &out].map(|path| path.to_str().expect("UTF-8"));
+        bedload(&["run", scene, "--out", out, "--overwrite"])
+    };
+    let lid = go_on("point = [0.0, 0.0, 2.0]\nnormal = [0.0, 0.0, -1.0]");
+    assert_eq!(lid.status.code(), Some(0), "{}", said(&lid));
+    for cuts in [
+        "point = [0.0, 0.0, 1.2]\nnormal = [0.0, 0.0, 1.0]",
+        "point = [2.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]",
+    ] {
+        let output = go_on(cuts);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("dem.initial_state") && text.contains("m into a wall; allowed"), "{text}");
+    }
+}
+
+/// A grain that has rolled out of the box along its floor has a contact still, which counts no more.
+#[test]
+fn grains_that_left_do_not_raise_the_coordination_number() {
+    let folder = Folder::new("coordination");
+    let grains = "[[grains]]\nposition = [1.0, 1.0, 0.5]\nradius = 0.5\ndensity = 1.0\n[[grains]]\n\
+        position = [3.5, 1.0, 0.5]\nvelocity = [2.0, 0.0, 0.0]\nspin = [0.0, 4.0, 0.0]\nradius = 0.5\n\
+        density = 1.0\n";
+    let observe = "[observe]\nevery = 0.1\ntotals = { columns = [\"coordination-number\"] }\n";
+    let text = on_a_floor(grains, observe).replace("until = 4.0", "until = 1.0");
+    let out = folder.join("out");
+    complete(&folder.write("rolls.toml", &text), &out, &[]);
+    let numbers = column(&out, "coordination_number");
+    assert!(numbers.iter().skip(1).all(|number| number == "1"), "{numbers:?}");
+}
+
+/// Records as short as a sub-step do not change the motion.
+#[test]
+fn a_bounce_does_not_depend_on_how_often_it_is_recorded() {
+    let folder = Folder::new("recorded");
+    let grain = "[[grains]]\nposition = [1.0, 1.0, 1.0]\nradius = 0.5\ndensity = 1.0\n";
+    let ends = [1, 10].map(|substeps| {
+        // A sub-step is 1/50 of the contact time.
+        let observe = format!("[observe]\nevery = {}\n", 4e-4 * f64::from(substeps));
+        let (name, out) = (format!("every-{substeps}.toml"), folder.join(&format!("every-{substeps}")));
+        complete(&folder.write(&name, &on_a_floor(grain, &observe)), &out, &[]);
+        column(&out, "position_z[0]").last().expect("rows").parse::<f64>().expect("a number")
+    });
+    assert!((ends[0] - ends[1]).abs() < 1e-9, "{ends:?}");
+}
+
+/// Plates of a fiftieth of their length that meet fast: the overlap counts over the half thickness.
+#[test]
+fn plates_do_not_pass_through_each_other_without_a_word() {
+    let folder = Folder::new("plates");
+    let text = "until = 0.3\n[domain]\ngeometry = \"plane\"\nlower = [-5.0, -5.0]\nupper = [5.0, 5.0]\n\
+        boundary = { x = \"free-slip\", z = \"free-slip\" }\n[[grains]]\nshape = \"rectangle\"\n\
+        sides = [1.0, 0.02]\nposition = [0.0, 0.0, 0.0]\ndensity = 1.0\nmotion = \"fixed\"\n[[grains]]\n\
+        shape = \"rectangle\"\nsides = [1.0, 0.02]\nposition = [0.03, 0.0, 0.07]\nvelocity = [0.0, 0.0, -3.0]\n\
+        density = 1.0\n[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.8\ncontact_time = 0.02\n\
+        friction = 0.3\n[observe]\nevery = 0.002\n";
+    let scene = folder.write("plates.toml", text);
+    let [scene, out] = [scene, folder.join("out")].map(|path| path.to_str().expect("UTF-8").to_owned());
+    let output = bedload(&["run", &scene, "--out", &out]);
+    let text = said(&output);
+    assert!(output.status.code() != Some(0) && text.contains("overlap: grains lie"), "{text}");
+}

@@ -209,3 +209,22 @@ fn walls_of_a_closed_box_bear_a_bounce() {
         assert!(worst < 0.01, "{geometry}, {film}: {worst}");
     }
 }
+
+/// A disc of the fictitious-domain method turns within half a cell of a wall: what its points give to the
+/// mirror image, the wall bears. In a steady flow disc and walls then have the whole body force.
+#[test]
+fn walls_bear_what_points_beside_them_give_to_the_image() {
+    let folder = Folder::new("totals-points");
+    let text = "until = 6.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [4.0, 1.5]\n\
+        cells = [64, 24]\nboundary = { x = \"periodic\", z = \"no-slip\" }\n[medium]\ndensity = 1.0\n\
+        viscosity = 1.0\nbody_force = [0.4, 0.0, 0.0]\n[[grains]]\nposition = [2.03, 0.0, 0.31]\n\
+        radius = 0.3\ndensity = 2.0\nmotion = \"prescribed\"\nspin = [0.0, 1.0, 0.0]\n[fluid]\n\
+        method = \"fictitious-domain\"\n[observe]\ntotals = { columns = [\"wall-force\"] }\n";
+    let (scene, out) = (folder.write("turns.toml", text), folder.join("out"));
+    run(&["run", path(&scene), "--out", path(&out), "--no-record"]);
+    let series = Series::read(&out.join("series.csv")).expect("a series");
+    let last = |name: &str| *series.column(name).unwrap_or_else(|| panic!("{name}")).last().expect("rows");
+    let names = ["hydrodynamic_force_x[0]", "wall_force_z_lower_x", "wall_force_z_upper_x"];
+    let sum: f64 = names.map(last).iter().sum();
+    assert!((sum - 0.4 * 4.0 * 1.5).abs() < 2e-3, "{sum}");
+}

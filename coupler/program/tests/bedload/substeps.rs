@@ -182,6 +182,21 @@ fn fixed_windows_land_on_the_end_without_drift() {
     assert_eq!(collect(&mut planner, |_| (-1.0, f64::INFINITY)).len(), 7);
 }
 
+/// What a resume with a later end goes on from.
+#[test]
+fn fixed_windows_that_go_on_after_a_shared_rest_lose_no_time() {
+    let mut planner = Planner::new(&plan(0.1, 0.03, 1.05, false), &Coupling::default(), &Observe::default());
+    collect(&mut planner, |_| (-1.0, f64::INFINITY));
+    let mut longer = Planner::new(&plan(0.1, 0.03, 2.0, false), &Coupling::default(), &Observe::default());
+    longer.resume(planner.state().clone());
+    let windows = collect(&mut longer, |_| (-1.0, f64::INFINITY));
+    for pair in windows.windows(2) {
+        assert!((pair[0].time + pair[0].dt - pair[1].time).abs() < 1e-12, "{pair:?}");
+    }
+    let sum: f64 = windows.iter().map(|window| window.dt).sum();
+    assert!((sum - 0.95).abs() < 1e-12, "{sum}");
+}
+
 #[test]
 fn adaptive_windows_follow_the_limit_and_share_the_rest() {
     let mut planner = Planner::new(&plan(0.1, 1.0, 1.0, true), &Coupling::default(), &Observe::default());
