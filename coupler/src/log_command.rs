@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use bedload_output::{OutputError, OutputFolder};
 use protocol::log::{self, Entry, LogError, LogReader, Manifest, Message, Repaired};
 use protocol::message::{Command, Header, Order, State, Status};
 use protocol::new_file::is_full;
@@ -27,12 +28,17 @@ pub enum LogCommandError {
     /// A value on the command line.
     #[error("{0}")]
     Usage(String),
+    /// A run still writes the log that would be replaced.
+    #[error("{} is in use by another process of Bedload: nothing was changed; wait until it ends, or name another \
+             file for what is left: `bedload log repair LOG OUT`", .0.display())]
+    InUse(PathBuf),
 }
 
 impl From<LogCommandError> for Failure {
     fn from(error: LogCommandError) -> Self {
         match &error {
             LogCommandError::Usage(_) => Self::Input(error.to_string()),
+            LogCommandError::InUse(_) => Self::InUse(error.to_string()),
             LogCommandError::Log(LogError::File { source, .. }) if is_full(source) => {
                 Self::Full(error.to_string())
             }
@@ -328,9 +334,13 @@ fn as_json(entry: &Entry) -> Result<String, LogCommandError> {
 /// the log itself is replaced.
 ///
 /// # Errors
-/// [`LogCommandError`] if `to` exists, nothing can be read or the new file cannot be written.
+/// [`LogCommandError`] if `to` exists, nothing can be read or the new file cannot be written; without `to` if
+/// a run writes in the folder of the log.
 pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(), LogCommandError> {
-    to.map_or(Ok(()), is_new)?;
+    let _claim = match to {
+        Some(to) => is_new(to).map(|()| None),
+        None => claimed(from),
+    }?;
     let to = to.unwrap_or(from);
     let report = log::repair(from, to)?;
     print_kept(to, &report, out)?;
@@ -363,6 +373,17 @@ pub fn thin(from: &Path, to: &Path, every: u64, out: &mut dyn Write) -> Result<(
     print_errors("damage", &report.errors, out)?;
     // As `cat` ends: what was thinned is not all that was recorded.
     report.errors.into_iter().next().map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// The folder of a run's log, claimed: a run would go on with a log that was replaced, and lose what it
+/// writes. None where the log lies elsewhere.
+fn claimed(log: &Path) -> Result<Option<OutputFolder>, LogCommandError> {
+    let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match OutputFolder::resume(folder.unwrap_or(Path::new("."))) {
+        Ok(folder) => Ok(Some(folder)),
+        Err(OutputError::InUse(folder)) => Err(LogCommandError::InUse(folder)),
+        Err(_) => Ok(None),
+    }
 }
 
 fn is_new(to: &Path) -> Result<(), LogCommandError> {

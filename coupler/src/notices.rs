@@ -1,6 +1,6 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
-use bedload_scene::{CheckedScene, Grain, Motion, OverTime, Shape, Wall, WallKind, changing};
+use bedload_scene::{CheckedScene, Grain, Motion, ObservedPlanes, OverTime, Shape, Wall, WallKind, changing};
 use protocol::facts::DemFacts;
 use protocol::scheme::{Iterations, Scheme};
 
@@ -63,8 +63,15 @@ fn late(scene: &CheckedScene) -> Option<String> {
     let (scene, until) = (&scene.scene, scene.scene.until);
     let (planes, substeps) = (scene.observe.planes.iter(), scene.observe.substeps.iter());
     let times = scene.observe.fields_at.iter().map(|at| ("observe.fields_at", *at));
+    let times = times.chain([("observe.every", scene.observe.every)]);
+    let times = times.chain(scene.observe.fields_every.map(|every| ("observe.fields_every", every)));
     let times = times.chain(planes.clone().map(|planes| ("observe.planes.from", planes.from)));
     let times = times.chain(planes.clone().map(|planes| ("observe.planes.every", planes.every)));
+    // The first sample that counts, where neither is late.
+    let first = |planes: &ObservedPlanes| (planes.from / planes.every * (1.0 - 1e-9)).ceil() * planes.every;
+    let both = planes.clone().filter(|planes| planes.from.max(planes.every) <= until);
+    let times =
+        times.chain(both.map(|planes| ("observe.planes, first sample from `from` on", first(planes))));
     let times = times.chain(planes.flat_map(|planes| planes.at.iter().map(|at| ("observe.planes.at", *at))));
     let times = times.chain(substeps.map(|substeps| ("observe.substeps.from", substeps.from)));
     let times = times.chain(scene.walls.iter().map(|wall| ("walls.from", wall.from)));

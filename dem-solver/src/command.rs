@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
 use bedload_program::{Failure, RunOptions};
-use bedload_scene::{Axis, CheckedScene, Profile as Asked};
+use bedload_scene::{Axis, CheckedScene, Geometry, Profile as Asked};
 use clap::Parser;
 use nalgebra::Matrix3;
 use protocol::{checkpoint, checkpoints};
@@ -30,24 +30,28 @@ struct Arguments {
     #[arg(long, value_name = "N", conflicts_with = "cells", required_unless_present = "cells")]
     slabs: Option<usize>,
     /// Axis across the slabs
-    #[arg(long, default_value = "z", value_parser = ["x", "y", "z"])]
+    #[arg(long, default_value = "z", value_parser = ["x", "y", "z"], conflicts_with = "cells")]
     axis: String,
     /// Numbers of cells of a grid, as NX,NY,NZ; writes VTI
     #[arg(long, value_name = "NX,NY,NZ", value_parser = three::<usize>)]
     cells: Option<[usize; 3]>,
     /// Width of the Gaussian on the grid, m; by default the largest radius
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", conflicts_with = "slabs")]
     width: Option<f64>,
-    /// Lower corner X,Y,Z of the region, m; by default the box
+    /// Lower corner X,Y,Z of the region, m; by default the box. In the plane Y is of no account
     #[arg(long, value_name = "X,Y,Z", value_parser = three::<f64>, allow_hyphen_values = true)]
     lower: Option<[f64; 3]>,
     /// Upper corner, m
     #[arg(long, value_name = "X,Y,Z", value_parser = three::<f64>, allow_hyphen_values = true)]
     upper: Option<[f64; 3]>,
-    /// File to write; by default coarse-grain.csv or .vti in the folder
+    /// New file to write; by default coarse-grain.csv or .vti in the folder
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
+
+/// Most slabs, and most cells of a grid.
+const MOST_SLABS: usize = 100_000;
+const MOST_CELLS: usize = 10_000_000;
 
 /// `A,B,C` as three numbers.
 fn three<T: std::str::FromStr>(text: &str) -> Result<[T; 3], String> {
@@ -86,41 +90,99 @@ fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
     let (_, state) = checkpoint::read_any::<State>(&checkpoints::newest_of_run(&arguments.folder), "dem")?;
     participant.adopt(&state)?;
-    let (lower, upper) = region(arguments, &scene);
+    let (lower, upper) = region(arguments, &scene)?;
     let (name, bytes) = if let Some(slabs) = arguments.slabs {
         let axis = [Axis::X, Axis::Y, Axis::Z]["xyz".find(&arguments.axis).unwrap_or(2)];
-        let asked = Asked { axis, lower, upper, slabs: slabs.max(1) };
+        if axis == Axis::Y && scene.scene.domain.geometry == Geometry::Plane {
+            return refuse("--axis y", "goes out of the plane; allowed: x, z");
+        }
+        if !(1..=MOST_SLABS).contains(&slabs) {
+            return refuse(&format!("--slabs {slabs}"), format_args!("allowed: 1 to {MOST_SLABS}"));
+        }
+        let asked = Asked { axis, lower, upper, slabs };
         let profile =
             Profile::new(&asked, participant.spec(), &participant.dem().grains, &participant.contacts());
         ("coarse-grain.csv", profile.table(&[]).into_bytes())
     } else {
-        ("coarse-grain.vti", on_grid(arguments, &participant, lower, upper))
+        ("coarse-grain.vti", on_grid(arguments, &participant, lower, upper)?)
     };
     let path = arguments.out.clone().unwrap_or_else(|| arguments.folder.join(name));
+    if arguments.out.is_some() && std::fs::symlink_metadata(&path).is_ok() {
+        return refuse(&format!("--out {}", path.display()), "exists: name another file, or remove it");
+    }
     atomic_write(&path, &bytes)?;
     Ok(path)
 }
 
-fn region(arguments: &Arguments, scene: &CheckedScene) -> ([f64; 3], [f64; 3]) {
+/// Refuses an option.
+fn refuse<T>(option: &str, what: impl std::fmt::Display) -> Result<T, Failure> {
+    Err(Failure::Input(format!("{option}: {what}")))
+}
+
+/// Lower and upper corner of the region, in the box; y is 0 to 1 in the plane.
+fn region(arguments: &Arguments, scene: &CheckedScene) -> Result<([f64; 3], [f64; 3]), Failure> {
     let domain = &scene.scene.domain;
     let mut corners = ([0.0; 3], [1.0; 3]);
     for axis in 0..domain.dimensions() {
         let c = domain.geometry.component(axis);
         (corners.0[c], corners.1[c]) = (domain.lower[axis], domain.upper[axis]);
     }
-    (arguments.lower.unwrap_or(corners.0), arguments.upper.unwrap_or(corners.1))
+    if domain.geometry == Geometry::Axisymmetric {
+        // The square about the cylinder.
+        let radius = corners.1[0];
+        (0..2).for_each(|c| (corners.0[c], corners.1[c]) = (-radius, radius));
+    }
+    for c in (0..3).filter(|c| *c != 1 || domain.geometry != Geometry::Plane) {
+        let (low, high) = (corners.0[c], corners.1[c]);
+        let lower = arguments.lower.map_or(low, |corner| corner[c]);
+        let upper = arguments.upper.map_or(high, |corner| corner[c]);
+        let slack = 1e-9 * (high - low);
+        if !(low - slack <= lower && lower < upper && upper <= high + slack) {
+            let what = format!(
+                "the region spans {lower} to {upper} m along {}; allowed: a part of the box, which spans {low} to \
+                 {high} m, with --lower below --upper",
+                ["x", "y", "z"][c]
+            );
+            return refuse("--lower, --upper", what);
+        }
+        (corners.0[c], corners.1[c]) = (lower, upper);
+    }
+    Ok(corners)
 }
 
-fn on_grid(arguments: &Arguments, participant: &DemParticipant, lower: [f64; 3], upper: [f64; 3]) -> Vec<u8> {
+fn on_grid(
+    arguments: &Arguments,
+    participant: &DemParticipant,
+    lower: [f64; 3],
+    upper: [f64; 3],
+) -> Result<Vec<u8>, Failure> {
     let (dem, spec) = (participant.dem(), participant.spec());
-    let cells = arguments.cells.unwrap_or([1; 3]).map(|count| count.max(1));
-    let spacing: [f64; 3] = std::array::from_fn(|c| (upper[c] - lower[c]) / cells[c] as f64);
-    let width = arguments.width.unwrap_or(spec.largest_radius());
+    let cells = arguments.cells.unwrap_or([1; 3]);
+    let number =
+        cells.iter().try_fold(1_usize, |number, count| number.checked_mul(*count)).unwrap_or(usize::MAX);
+    let layers = if spec.shape == Shape::Disc { cells[1] } else { 1 };
+    if !(1..=MOST_CELLS).contains(&number) || layers != 1 {
+        let what =
+            format!("allowed: 1 at least along each axis, 1 along y in the plane, {MOST_CELLS} in all");
+        return refuse(&format!("--cells {cells:?}"), what);
+    }
+    let edges: [f64; 3] = std::array::from_fn(|c| upper[c] - lower[c]);
+    let spacing: [f64; 3] = std::array::from_fn(|c| edges[c] / cells[c] as f64);
+    let radius = spec.largest_radius();
+    let width = arguments.width.unwrap_or(radius);
+    let allowed = 0.01 * radius..=edges.into_iter().fold(radius, f64::max);
+    if !allowed.contains(&width) {
+        let (least, most) = (allowed.start(), allowed.end());
+        let what = format!(
+            "allowed: {least} m, a hundredth of the largest radius, to {most} m, the longest edge of the region"
+        );
+        return refuse(&format!("--width {width}"), what);
+    }
     let periods = spec.periods.map(|period| period.map(|(_, length)| length));
     let grid = Grid { lower, spacing, cells, width, periods };
     let averages =
         coarse_grain(&dem.grains, spec.shape, &participant.contacts(), &Partition::Grid(grid), |_| true);
-    image(dem.time(), lower, spacing, cells, &arrays(&averages, spec.shape))
+    Ok(image(dem.time(), lower, spacing, cells, &arrays(&averages, spec.shape)))
 }
 
 fn arrays(cells: &[Cell], shape: Shape) -> Vec<Array> {

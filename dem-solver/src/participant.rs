@@ -7,7 +7,7 @@ use std::time::Duration;
 use bedload_output::{MetricValue, OutputFolder, observed_grains};
 use bedload_program::Solver;
 use bedload_program::alone::{self, Answer, Clock};
-use bedload_scene::{Axis, CheckedScene, SceneError};
+use bedload_scene::{Appearing, Axis, CheckedScene, SceneError};
 use cpu_time::ProcessTime;
 use protocol::checkpoint;
 use protocol::facts::{DemFacts, FluidFacts};
@@ -37,6 +37,7 @@ pub struct DemParticipant {
     spec: DemSpec,
     insertions: Insertions,
     outside: Outside,
+    appearing: Appearing,
     profile: Option<bedload_scene::Profile>,
     totals: Option<Totals>,
     /// Along which axes stresses on servos are told; none where nothing is asked for.
@@ -80,6 +81,7 @@ impl DemParticipant {
             spec,
             insertions: Insertions::new(scene),
             outside: Outside::new(scene),
+            appearing: Appearing::of(&scene.scene.walls),
             profile: scene.scene.observe.profile.clone(),
             totals: Totals::of(scene),
             servos: observe.values_over_time.then(|| scene.scene.domain.geometry.axes()),
@@ -274,13 +276,15 @@ impl Participant for DemParticipant {
         }
         if let Some(i) = report.lost {
             let (x, v) = (self.dem.grains.position[i], self.dem.grains.velocity[i]);
+            let appeared = self.appearing.words(end);
+            let otherwise = if appeared.is_empty() { "" } else { "otherwise " };
             return Err(SolverError::Failed(format!(
-                "grain {i} left through a wall in window {} (t = {} s): it is at {:?} m with {:?} m/s; the \
-                 contact is too soft for that speed: shorten dem.contact.contact_time, or stiffen the law",
+                "grain {i} left through a wall in window {} (t = {end} s): it is at {:?} m with {:?} \
+                 m/s{appeared}; {otherwise}the contact is too soft for that speed: shorten \
+                 dem.contact.contact_time, or stiffen the law",
                 window.step,
-                end,
                 <[f64; 3]>::from(x),
-                <[f64; 3]>::from(v)
+                <[f64; 3]>::from(v),
             )));
         }
         self.outside.look(&self.dem.grains, window.step, end);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
+use protocol::loudness::is_quiet;
 use protocol::new_file::is_full;
 
 /// How the commands of a template begin, in the comment at its head.
@@ -75,6 +76,7 @@ pub(crate) fn new(asked: &New) -> Result<(), Failure> {
     for command in files[0].1.lines().filter(|line| line.starts_with(COMMAND)) {
         let _ = writeln!(said, "  {}", command.trim_start_matches("#   "));
     }
+    let said = if is_quiet() { folder.display().to_string() } else { said };
     protocol::show!("{}", said.trim_end());
     Ok(())
 }

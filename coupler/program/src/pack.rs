@@ -13,6 +13,7 @@ use bedload_scene::table::{Table, number};
 use clap::{Args, ValueEnum};
 use coupler::failure::Failure;
 use coupler::number::{AXES, Short, norm};
+use protocol::loudness::is_quiet;
 
 /// Largest solid fraction that may be asked for: in the plane, in space. Random packings of equal grains jam
 /// at about 0.84 and 0.64.
@@ -35,6 +36,11 @@ const SKIN: f64 = 1e-3;
 
 /// Neighbours are searched to this gap over the mean diameter.
 const REACH: f64 = 0.3;
+
+/// Grains that one is held against, in cells as wide as the largest, and pairs of them in all: a search of more
+/// of both takes minutes.
+const MOST_NEAR: f64 = 1e3;
+const MOST_PAIRS: f64 = 1e8;
 
 /// Grains touch for the coordination number below this gap over the mean diameter.
 const TOUCH: f64 = 0.01;
@@ -127,6 +133,10 @@ pub(crate) fn pack(asked: &Pack) -> Result<(), Failure> {
     };
     let rows: Vec<GrainRow> = packed.grains.iter().enumerate().map(row).collect();
     atomic_write(&asked.out, grains_table(0.0, &rows).as_bytes())?;
+    if is_quiet() {
+        protocol::show!("{}", asked.out.display());
+        return Ok(());
+    }
     let how = match packed.sweeps {
         0 => "placed one by one".to_owned(),
         sweeps => format!("moved apart in {sweeps} sweeps"),
@@ -286,6 +296,14 @@ impl Pack {
         let (radii, scale) = self.radii(bounds, &mut random)?;
         let count = radii.len();
         let mut grid = Grid::new(bounds, &radii, 0.0);
+        let near = grid.share_near() * count as f64;
+        if near > MOST_NEAR && near * count as f64 > MOST_PAIRS {
+            let what = format!(
+                "is too wide: {count} grains with some {near:.0} each within reach of the largest; allowed: up to \
+                 {MOST_NEAR:e} each, or {MOST_PAIRS:e} pairs: leave the smallest sizes out, or take a smaller --box"
+            );
+            return refuse("--sizes", what);
+        }
         let mut grains: Vec<Ball> = Vec::with_capacity(count);
         if self.floor.is_some() {
             while let Some(radius) = radii.get(grains.len()) {
@@ -561,6 +579,11 @@ impl<'a> Grid<'a> {
         let [x, y, z] = self.cell(place);
         let cell = x + self.counts[0] * (y + self.counts[1] * z);
         self.cells[cell].push(index);
+    }
+
+    /// Part of the box that the cells about one have.
+    fn share_near(&self) -> f64 {
+        self.counts.iter().map(|count| *count.min(&3) as f64 / *count as f64).product()
     }
 
     /// Cells about one along an axis, each once.

@@ -28,11 +28,11 @@ pub(super) fn add(facts: &Facts<'_>, bounds: &mut Vec<Bound>) {
     bounds.push(if facts.fluid.is_some() && named { bound } else { bound.warning() });
 }
 
-/// The way in a window of a wall that turns, follows a pressure or changes its velocity: what it meets must
-/// be known before.
+/// The way in a window of a wall that turns, follows a pressure or changes its velocity: the free grains that
+/// it meets must be known before.
 fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
     let (scene, until) = (facts.scene, facts.scene.scene.until);
-    let radius = scene.grains.iter().map(|grain| grain.radius).reduce(f64::min)?;
+    let radius = thinnest_free(facts)?;
     let changes = |wall: &Wall| wall.velocity.varies() || !wall.spin.is_zero() || wall.servo.is_some();
     let walls = scene.contact_walls().into_iter().filter(changes);
     let speed = walls.map(|wall| wall.largest_speed(&scene.scene.domain, until)).reduce(f64::max)?;
@@ -45,10 +45,15 @@ fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
     )
 }
 
+/// Half of the least width of the thinnest free grain, m: its radius if it is round.
+fn thinnest_free(facts: &Facts<'_>) -> Option<f64> {
+    let free = facts.scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
+    free.map(|grain| 0.5 * grain.thickness()).reduce(f64::min)
+}
+
 /// U t_c/(π R) of the thinnest free grain, where anything can touch; R is half of its least width.
 pub(crate) fn largest_overlap(facts: &Facts<'_>) -> Option<f64> {
-    let free = facts.scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
-    let radius = free.map(|grain| 0.5 * grain.thickness()).reduce(f64::min)?;
+    let radius = thinnest_free(facts)?;
     let contact_time = facts.dem.map(|_| facts.steps.contact_time).filter(|time| time.is_finite())?;
     Some(facts.speeds.approach * contact_time / (std::f64::consts::PI * radius))
 }

@@ -61,7 +61,8 @@ pub fn film(film: &Film) -> Result<Vec<PathBuf>, Failure> {
     let folder = OutputFolder::open(&film.dir)?;
     let summary = Summary::read(&folder.summary())?;
     let slice = film.slice.as_deref().map(Slice::parse).transpose().map_err(Failure::Input)?;
-    let quantity = film.field.as_deref().map(Quantity::parse).transpose().map_err(Failure::Input)?;
+    let parse = |text| Quantity::parse(text, summary.size.geometry);
+    let quantity = film.field.as_deref().map(parse).transpose().map_err(Failure::Input)?;
     let instants = instants(&folder.fields());
     if instants.is_empty() {
         return Err(Failure::Input(format!(

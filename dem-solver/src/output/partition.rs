@@ -159,7 +159,11 @@ impl Grid {
                 let middle = self.lower[axis] + (cell as f64 + 0.5) * self.spacing[axis];
                 (cell, if self.cells[axis] == 1 { 0.0 } else { (middle - x).powi(2) })
             };
-            images.map(square).collect()
+            let mut line: Vec<(usize, f64)> = images.map(square).collect();
+            // From the nearest on: a Gaussian much narrower than a cell would be 0 in all.
+            let least = line.iter().fold(f64::INFINITY, |least, (_, square)| least.min(*square));
+            line.iter_mut().for_each(|(_, square)| *square -= least);
+            line
         });
         let mut sum = 0.0;
         for (k, z) in &lines[2] {

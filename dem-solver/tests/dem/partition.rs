@@ -74,3 +74,13 @@ fn the_grid_goes_round_a_period() {
         assert!((edge[around] - part).abs() < 1e-14, "cell {cell}: {part} and {}", edge[around]);
     }
 }
+
+/// A Gaussian that is 0 at the middle of every cell lies in the nearest ones.
+#[test]
+fn a_narrow_gaussian_is_in_the_nearest_cell() {
+    let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 1e-3, periods: [None; 3] };
+    let mut parts = Vec::new();
+    Partition::Grid(grid).ball(&Vec3::new(0.95, 0.5, 0.45), 1e-3, |cell, part| parts.push((cell, part)));
+    parts.retain(|(_, part)| *part != 0.0);
+    assert_eq!(parts, [((2 * 5 + 2) * 5 + 4, 1.0)]);
+}

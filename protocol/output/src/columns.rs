@@ -329,6 +329,14 @@ impl Columns {
         }
     }
 
+    /// The grain that the column at `place` is of, where that is inserted during the run.
+    pub(crate) fn inserted(&self, place: usize) -> Option<usize> {
+        match self.sources[place] {
+            Source::Grain(_, _, grain) if grain >= self.present => Some(grain),
+            _ => None,
+        }
+    }
+
     /// Value of a column in the last row.
     pub fn latest(&self, name: &str) -> Option<f64> {
         self.find(name).map(|(place, _)| self.row[place])
@@ -344,7 +352,8 @@ impl Columns {
         self.ends = ends;
     }
 
-    /// The row after a window. What was not observed is NaN, and so is a mean of both ends of the first one.
+    /// The row after a window. What was not observed is NaN, and so are a grain that is still to be inserted
+    /// and a mean of both ends of the first one.
     ///
     /// `run_out` is the way that the foremost surface of a free grain has gained along x since
     /// t = 0, `height` that of the topmost one above the lower z face of the box.
@@ -358,7 +367,9 @@ impl Columns {
                 Source::Extra(_, index) => sample.extras.get(index).copied().unwrap_or(f64::NAN),
                 Source::Bed(_, made) => self.bed.as_ref().map_or(f64::NAN, |bed| bed.value(made, sample)),
                 Source::Grain(quantity, axis, grain) => {
-                    let value = quantity.value(axis, grain, sample).unwrap_or(f64::NAN);
+                    let there = !sample.lacks(grain, self.present);
+                    let value = there.then(|| quantity.value(axis, grain, sample)).flatten();
+                    let value = value.unwrap_or(f64::NAN);
                     if let Value::Mean(_) = quantity.value {
                         means += 1;
                         self.mean(means - 1, value)
@@ -395,7 +406,7 @@ impl Columns {
     fn extent(&self, sample: &Sample, axis: usize) -> f64 {
         let surface = |grain: &FreeGrain| {
             let motion = sample.kinematics.get(grain.index)?;
-            let there = grain.index < self.present || motion.is_there();
+            let there = !sample.lacks(grain.index, self.present);
             there.then(|| motion.position[axis] + grain.reach(motion, axis))
         };
         self.free.iter().filter_map(surface).fold(f64::NAN, f64::max)

@@ -55,8 +55,16 @@ files! {
     film_mp4 = "film.mp4";
 }
 
-/// Those of metrics and of comparisons.
-const TABLES: [&str; 5] = ["divergence.csv", "divergence.svg", "oblique.csv", "deposit.csv", "heap.csv"];
+/// Those of metrics, of comparisons and of averages.
+const TABLES: [&str; 7] = [
+    "divergence.csv",
+    "divergence.svg",
+    "oblique.csv",
+    "deposit.csv",
+    "heap.csv",
+    "coarse-grain.csv",
+    "coarse-grain.vti",
+];
 
 /// What a start leaves that was killed before `scene.toml` stood: the file that was to take its place.
 const BEGUN: &str = "scene.toml.tmp";
@@ -255,6 +263,9 @@ impl OutputFolder {
             CHECKPOINT_NAMES.iter().any(|known| name.split(['.', '-', '_']).next() == Some(known))
         })?;
         self.remove_frames()?;
+        // Frames of the user's own stay, and the folder with them.
+        let _ = fs::remove_dir(self.frames());
+        self.remove_grids()?;
         self.remove_log_parts();
         protocol::checkpoints::remove_others(&self.checkpoint(), None);
         let mut files = FILES.iter().chain(&TABLES);
@@ -312,6 +323,29 @@ impl OutputFolder {
                 let _ = fs::remove_file(&path);
             }
         }
+    }
+
+    /// Removes the runs on coarser grids that `run --verify` leaves in its folder, `verify-1` and so on. One
+    /// in which something else lies stays a folder of ours, with that.
+    fn remove_grids(&self) -> Result<(), OutputError> {
+        let Ok(entries) = fs::read_dir(&self.root) else { return Ok(()) };
+        for entry in entries.flatten() {
+            let (name, grid) = (entry.file_name(), Self { root: entry.path(), claim: None });
+            let number = name.to_str().and_then(|name| name.strip_prefix("verify-"));
+            let numbered = number.is_some_and(|number| number.parse::<u32>().is_ok());
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            if !(numbered && is_folder && grid.require_marker().is_ok()) {
+                continue;
+            }
+            grid.remove_run()?;
+            let _ = fs::remove_dir(grid.fields()).and(fs::remove_dir(grid.checkpoint()));
+            if fs::read_dir(&grid.root).is_ok_and(|left| left.count() == 1) {
+                remove("replace the last run's", &grid.scene())?;
+                fs::remove_dir(&grid.root)
+                    .map_err(OutputError::file("replace the last run's", &grid.root))?;
+            }
+        }
+        Ok(())
     }
 
     /// Folder of the field files.

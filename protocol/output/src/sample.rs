@@ -71,4 +71,9 @@ impl Sample<'_> {
     pub fn time(&self) -> f64 {
         self.window.time + self.window.dt
     }
+
+    /// Is the grain still to be inserted, where the first `present` are there from the start?
+    pub(crate) fn lacks(&self, grain: usize, present: usize) -> bool {
+        grain >= present && self.kinematics.get(grain).is_some_and(|motion| !motion.is_there())
+    }
 }

@@ -28,7 +28,7 @@ pub enum Failure {
     #[error("{0}")]
     Peer(String),
     /// No room for a file: a full disk, a quota, a limit.
-    #[error("{0}; make room, and do it again")]
+    #[error("{}", and_make_room(.0))]
     Full(String),
     /// A log breaks off or is damaged; all that is there was read or replayed.
     #[error("{0}")]
@@ -42,6 +42,12 @@ pub enum Failure {
     /// A solver that ran alone has printed its own error.
     #[error("the solver left with exit code {0}")]
     Passed(u8),
+}
+
+/// What a solver says of it has the remedy already.
+fn and_make_room(what: &str) -> String {
+    const REMEDY: &str = "make room, and do it again";
+    if what.contains(REMEDY) { what.to_owned() } else { format!("{what}; {REMEDY}") }
 }
 
 impl Failure {

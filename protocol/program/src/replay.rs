@@ -384,7 +384,7 @@ pub(crate) fn command<S: Solver>(
         report.compared
     );
     for (field, difference) in &report.fields {
-        println!("  {field}: {difference:?}");
+        println!("  {field}: {difference}");
     }
     if let Some(difference) = report.first_difference.as_ref().filter(|_| verify) {
         return Err(Failure::Run(format!("first difference: {difference}")));

@@ -1,7 +1,7 @@
 //! Speeds and energies that nothing in a scene leads to: such a run is no result.
 
 use bedload_scene::speeds::{Speeds, norm};
-use bedload_scene::{CheckedScene, Grain, Motion, OverTime};
+use bedload_scene::{Appearing, CheckedScene, Grain, Motion, OverTime};
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::Window;
 use serde::{Deserialize, Serialize};
@@ -43,9 +43,12 @@ impl Found {
     }
 }
 
-/// The largest speed of a grain that is physical.
-#[derive(Clone, Copy, Debug)]
-pub struct SpeedLimit(f64);
+/// The largest speed of a grain that is physical, m/s.
+#[derive(Clone, Debug)]
+pub struct SpeedLimit {
+    most: f64,
+    appearing: Appearing,
+}
 
 impl SpeedLimit {
     /// Of a scene; none where nothing is expected to move.
@@ -56,23 +59,25 @@ impl SpeedLimit {
         let gravity = scene.scene.largest_gravity();
         let let_go = (2.0 * gravity * largest).sqrt();
         let expected = speeds.flow + speeds.grain.max(speeds.approach).max(let_go);
-        Self(if expected > 0.0 { BEYOND * expected } else { f64::INFINITY })
+        let most = if expected > 0.0 { BEYOND * expected } else { f64::INFINITY };
+        Self { most, appearing: Appearing::of(&scene.scene.walls) }
     }
 
     /// Counts `speed`, m/s, with which a grain starts, too.
     fn admit(&mut self, speed: f64) {
-        self.0 = self.0.max(BEYOND * speed);
+        self.most = self.most.max(BEYOND * speed);
     }
 
     /// Judges the speed of a grain at the end of a window.
     pub fn judge(&self, grain: usize, motion: &Kinematics, window: &Window) -> Option<Found> {
         let speed = norm(&motion.velocity);
-        (speed > self.0).then(|| Found {
+        (speed > self.most).then(|| Found {
             text: format!(
                 "grain {grain} moves at {speed:.3e} m/s in window {}, more than {BEYOND} times what forces and flow \
-                 lead to ({:.3e} m/s)",
+                 lead to ({:.3e} m/s){}",
                 window.step,
-                self.0 / BEYOND
+                self.most / BEYOND,
+                self.appearing.words(window.time + window.dt)
             ),
             window: window.step,
         })
@@ -196,7 +201,8 @@ impl Energy {
         kept.clear();
         kept.extend_from_slice(motion);
         self.last = Some((kinetic, kept));
-        found
+        let wall = || self.limit.appearing.words(window.time + window.dt);
+        found.map(|found| Found { text: found.text + &wall(), ..found })
     }
 
     /// Work of gravity and load on a grain in a window, J.

@@ -4,7 +4,7 @@
 const MOST: usize = 100;
 
 /// Files and folders that a run or a command on it writes in the output folder itself.
-pub const OUTPUT_FILES: [&str; 22] = [
+pub const OUTPUT_FILES: [&str; 23] = [
     "scene.toml",
     "scene.toml.tmp",
     "scene-in-full.toml",
@@ -25,6 +25,7 @@ pub const OUTPUT_FILES: [&str; 22] = [
     "deposit.csv",
     "heap.csv",
     "coarse-grain.csv",
+    "coarse-grain.vti",
     "fields",
     "checkpoint",
 ];

@@ -138,8 +138,8 @@ impl Columns {
             finite.ok_or_else(|| {
                 let with_e = text.replace(['d', 'D'], "e");
                 let hint = match with_e.parse::<f64>() {
-                    Ok(_) => format!(": write the exponent with e, {with_e}"),
-                    Err(_) => String::new(),
+                    Ok(value) if value.is_finite() => format!(": write the exponent with e, {with_e}"),
+                    _ => String::new(),
                 };
                 format!("`{text}` in column {name} is not a finite number{hint}")
             })

@@ -53,4 +53,4 @@ pub use retired::Retired;
 pub use rough_walls::{Arrangement, RoughWall};
 pub use shared::{Scene, StopWhen};
 pub use source::{SceneSource, schema};
-pub use walls::{Servo, Wall};
+pub use walls::{Appearing, Servo, Wall};

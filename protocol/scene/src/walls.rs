@@ -45,6 +45,30 @@ pub struct Servo {
     pub area: Option<f64>,
 }
 
+/// Walls that begin to act during a run, and when, s.
+#[derive(Clone, Debug)]
+pub struct Appearing(Vec<(usize, f64)>);
+
+impl Appearing {
+    /// Of the walls of a scene.
+    pub fn of(walls: &[Wall]) -> Self {
+        let late = walls.iter().enumerate().filter(|(_, wall)| wall.from > 0.0);
+        Self(late.map(|(index, wall)| (index, wall.from)).collect())
+    }
+
+    /// What may be behind a fault up to `time`, s, for its message: the last wall that appeared. Empty where
+    /// none did.
+    pub fn words(&self, time: f64) -> String {
+        let last = self.0.iter().filter(|(_, from)| *from <= time).max_by(|a, b| a.1.total_cmp(&b.1));
+        last.map_or(String::new(), |(index, from)| {
+            format!(
+                "; walls[{index}] acts from t = {from} s on, when grains in its place or behind it are thrown out or \
+                 lost: let it begin where there are none"
+            )
+        })
+    }
+}
+
 pub(crate) fn forever() -> f64 {
     f64::INFINITY
 }

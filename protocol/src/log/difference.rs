@@ -144,6 +144,19 @@ impl Comparison {
     }
 }
 
+impl std::fmt::Display for FieldDifference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { words, differing, largest, rms } = self;
+        match differing {
+            0 => write!(f, "all {words} numbers the same"),
+            _ => write!(
+                f,
+                "{differing} of {words} numbers differ, by {largest:e} at most, {rms:e} in root mean square"
+            ),
+        }
+    }
+}
+
 impl FieldDifference {
     fn add(&mut self, kind: &str, logged: u64, sent: u64) {
         self.words += 1;

@@ -58,8 +58,8 @@ pub enum LogError {
     File { file: String, action: &'static str, source: Arc<std::io::Error> },
     /// The file stops before its end mark: the recorder was killed, or the disk was full.
     #[error(
-        "{file}: the log breaks off at byte {offset}, {after} (no end mark): what stands before is good; \
-         `bedload log repair` rewrites it"
+        "{file}: the log breaks off at byte {offset}, {after} (no end mark): {}",
+        what_is_left(*offset)
     )]
     Truncated { file: String, offset: u64, after: After },
     /// Bytes differ from what was written.
@@ -101,6 +101,13 @@ pub enum LogError {
 
 fn place(offset: Option<u64>) -> String {
     offset.map_or_else(String::new, |byte| format!(" (record at byte {byte})"))
+}
+
+fn what_is_left(offset: u64) -> &'static str {
+    match offset {
+        0 => "nothing stands before, so that there is nothing to rewrite",
+        _ => "what stands before is good; `bedload log repair` rewrites it",
+    }
 }
 
 fn goes_on(next: Option<u64>) -> String {

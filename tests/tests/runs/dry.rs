@@ -1,6 +1,8 @@
 //! Runs of the DEM alone, through `bedload run`.
 
-use tests::harness::{Folder, bedload, column, complete, said, summary};
+use std::process::Command;
+
+use tests::harness::{Folder, bedload, column, complete, program, said, summary};
 
 /// One grain at rest, one that leaves the box at t = 0.8.
 const TWO_GRAINS: &str = r#"
@@ -268,6 +270,21 @@ fn insertions_keep_clear_of_walls() {
     }
 }
 
+/// A plane that appears where grains stand throws them out: the message names it.
+#[test]
+fn a_wall_that_appears_in_grains_is_named() {
+    let folder = Folder::new("appears");
+    let bead = |z: &str| format!("[[grains]]\nposition = [9.0, 9.0, {z}]\nradius = 1.0\ndensity = 2.0\n");
+    let wall = "[[walls]]\npoint = [0.0, 0.0, 3.0]\nnormal = [0.0, 0.0, 1.0]\nfrom = 0.1\n";
+    let text =
+        weightless(&format!("{}{}{wall}", bead("1.0"), bead("3.0")), "").replace("free-slip", "no-slip");
+    let scene = folder.write("appears.toml", &text.replace("-0.01", "-9.81"));
+    let output =
+        bedload(&["run".as_ref(), scene.as_os_str(), "--out".as_ref(), folder.join("out").as_os_str()]);
+    let text = said(&output);
+    assert!(output.status.code() != Some(0) && text.contains("walls[0] acts from t = 0.1 s on"), "{text}");
+}
+
 /// Beads let go in mid-air are slow at first, and do not rest.
 #[test]
 fn what_is_let_go_does_not_rest_at_once() {
@@ -364,4 +381,56 @@ fn plates_do_not_pass_through_each_other_without_a_word() {
     let output = bedload(&["run", &scene, "--out", &out]);
     let text = said(&output);
     assert!(output.status.code() != Some(0) && text.contains("overlap: grains lie"), "{text}");
+}
+
+/// What is asked of averages is checked, and no file of anybody is replaced.
+#[test]
+fn averages_of_no_sense_are_refused() {
+    let folder = Folder::new("coarse-grain");
+    let text = TWO_GRAINS.replace("until = 1.0", "until = 0.1");
+    let space = folder.join("space");
+    complete(&folder.write("space.toml", &text), &space, &[]);
+    let flat = text.replace("\"space\"", "\"plane\"").replace("y = \"free-slip\", ", "");
+    let flat = flat.replace("[0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]", "[0.0, 0.0]\nupper = [1.0, 1.0]");
+    let flat =
+        flat.replace("[0.5, 0.5, 0.5]", "[0.5, 0.0, 0.5]").replace("[0.8, 0.2, 0.5]", "[0.8, 0.0, 0.5]");
+    let plane = folder.join("plane");
+    complete(&folder.write("plane.toml", &flat), &plane, &[]);
+    let average = |out: &std::path::Path, more: &str| {
+        let mut command = Command::new(program("bedload-dem"));
+        let output = command.arg("coarse-grain").arg(out).args(more.split(' ')).output().expect("starts");
+        (output.status.code(), said(&output))
+    };
+    let dear = folder.write("dear.txt", "dear");
+    let taken = format!("--slabs 4 --out {}", dear.display());
+    for (out, more, words) in [
+        (&space, "--cells 4,4,4 --width 0", "--width 0: allowed: 0.0005 m"),
+        (&space, "--cells 4,4,4 --width nan", "--width NaN: allowed"),
+        (&space, "--cells 4,4,4 --width 1e9", "to 1 m"),
+        (&space, "--cells 0,4,4", "--cells [0, 4, 4]: allowed: 1 at least"),
+        (&space, "--cells 1000000,1000000,1000000", "10000000 in all"),
+        (&space, "--slabs 0", "--slabs 0: allowed: 1 to 100000"),
+        (
+            &space,
+            "--slabs 4 --lower 0,0,1 --upper 1,1,0",
+            "spans 1 to 0 m along z; allowed: a part of the box",
+        ),
+        (&space, "--cells 4,4,4 --lower nan,0,0", "spans NaN to 1 m along x"),
+        (&space, "--slabs 4 --upper 0,1,1", "spans 0 to 0 m along x"),
+        (&space, "--slabs 4 --upper 2,1,1", "the box, which spans 0 to 1 m"),
+        (&space, "--slabs 4 --width 0.1", "cannot be used with"),
+        (&space, "--cells 4,4,4 --axis x", "cannot be used with"),
+        (&space, &taken, "exists: name another file"),
+        (&plane, "--slabs 4 --axis y", "allowed: x, z"),
+        (&plane, "--cells 4,2,4", "1 along y in the plane"),
+    ] {
+        let (code, said) = average(out, more);
+        assert!(code == Some(2) && said.contains(words), "{more}: {code:?} {said}");
+    }
+    assert_eq!(std::fs::read(&dear).expect("there"), b"dear");
+    for (out, more) in
+        [(&plane, "--slabs 4 --axis x"), (&plane, "--cells 4,1,4 --upper 1,0,1"), (&space, "--slabs 4")]
+    {
+        assert_eq!(average(out, more).0, Some(0), "{more}: {}", average(out, more).1);
+    }
 }

@@ -64,7 +64,9 @@ fn a_film_has_a_frame_for_every_instant_and_says_what_it_cannot_show() {
     }
     for (bad, word) in [
         (["--field", "colour"], "vorticity"),
-        (["--slice", "y=0"], "no extent along y"),
+        (["--field", "vorticity-x"], "vorticity-x: a run with geometry \"plane\" has no such field"),
+        (["--slice", "y=0"], "no extent along y: leave"),
+        (["--slice", "x=1"], "no extent along y: choose"),
         (["--slice", "w"], "not a plane"),
         (["--width", "10"], "160"),
     ] {

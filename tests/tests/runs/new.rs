@@ -69,4 +69,6 @@ fn what_is_there_stays() {
         assert!(said(&output).contains(words), "{}", said(&output));
     }
     assert_eq!(std::fs::read_to_string(scene).expect("the scene"), "changed");
+    let quiet = bedload_in(&room.join(""), &["new", "quiet", "--like", "falling", "-q"]);
+    assert_eq!(ends_well(&quiet), "quiet\n");
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use bedload_output::Claim;
 use coupler::failure::Failure;
 use coupler::log_command::{CatOptions, LogCommandError, cat, info, parse_steps, repair, thin};
 use protocol::log::{LogError, Manifest, Recorder};
@@ -72,6 +73,25 @@ fn info_tells_what_is_there_and_whether_it_is_whole() {
     assert!(text.contains("lost") && text.contains("4  bedload/loads"), "{text}");
     assert!(printed(|out| info(&path, out)).contains("state        complete"));
     std::fs::remove_file(path).unwrap();
+}
+
+/// A run would go on with a log that no name leads to.
+#[test]
+fn a_log_that_a_run_writes_is_not_replaced() {
+    let folder = std::env::temp_dir().join(format!("bedload-{}-written", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("exchange.mcap");
+    std::fs::rename(log("written.mcap"), &path).unwrap();
+    std::fs::write(folder.join("scene.toml"), "# Bedload output: a scene\n").unwrap();
+    let (before, claim) = (std::fs::read(&path).unwrap(), Claim::of(&folder).unwrap());
+    let failure = Failure::from(repair(&path, None, &mut Vec::new()).expect_err("it is in use"));
+    assert_eq!(failure.exit_code(), 7);
+    assert!(failure.to_string().contains("in use") && failure.to_string().contains("LOG OUT"), "{failure}");
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    printed(|out| repair(&path, Some(&folder.join("left.mcap")), out));
+    drop(claim);
+    printed(|out| repair(&path, None, out));
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

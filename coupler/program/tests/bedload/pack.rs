@@ -107,11 +107,12 @@ fn fractions_are_exact_and_no_two_grains_overlap() {
 #[test]
 fn the_same_seed_is_the_same_packing() {
     let room = Room::new("pack-seed");
-    let arguments = "--box 6 6 6 --periodic xyz --fraction 0.5 --diameter 1 --seed";
+    let arguments = "-q --box 6 6 6 --periodic xyz --fraction 0.5 --diameter 1 --seed";
     let made = |seed: u32| {
         let (code, said) = pack(&room.0, &format!("{arguments} {seed}"));
-        assert_eq!(code, Some(0), "{said}");
-        std::fs::read(room.0.join("grains.csv")).unwrap()
+        let table = room.0.join("grains.csv");
+        assert_eq!((code, said), (Some(0), format!("{}\n", table.display())));
+        std::fs::read(table).unwrap()
     };
     let first = made(7);
     assert_eq!(first, made(7));
@@ -176,6 +177,14 @@ fn sizes_come_from_a_distribution() {
         let (code, said) = pack(&room.0, &format!("--box 9 9 --fraction 0.2 --sizes {}", sizes.display()));
         assert!(code == Some(2) && said.contains(words), "{said}");
     }
+    // Thousands of small ones about each large one.
+    std::fs::write(&sizes, "diameter,number\n0.05,1000\n2.0,1\n").unwrap();
+    let wide = format!("--box 9 9 9 --fraction 0.5 --sizes {}", sizes.display());
+    let (code, said) = pack(&room.0, &wide);
+    assert!(
+        code == Some(2) && said.contains("--sizes is too wide") && said.contains("smaller --box"),
+        "{said}"
+    );
 }
 
 /// What stands at `--out` stays, unless it is a file that may be replaced.

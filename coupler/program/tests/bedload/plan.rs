@@ -108,6 +108,8 @@ fn a_wall_that_speeds_up_is_not_to_pass_a_grain_in_a_window() {
     below_and_above("wall-speed", slow, fast, |case, face| case.scene = vec![face]);
     let constant = "domain.boundary.z={ type = \"no-slip\", velocity = [51.0, 0.0, 0.0] }";
     assert!(Case { scene: vec![constant], ..Case::new() }.bound("wall-speed").is_none());
+    let held = vec![fast, "grains[0].motion=\"fixed\""];
+    assert!(Case { scene: held, ..Case::new() }.bound("wall-speed").is_none(), "nothing touches it");
 }
 
 #[test]
@@ -552,6 +554,16 @@ fn fields_and_a_log_beyond_the_end_are_told() {
     let late = told(&["until=0.3", "observe.fields_at=[0.1, 5.0]"], "observe.fields_at").expect("a notice");
     assert!(late.contains("5 s is after the end of the run, until = 0.3 s"), "{late}");
     assert_eq!(told(&["until=0.3", "observe.fields_at=[0.1, 0.3]"], "observe.fields_at"), None);
+    for key in ["observe.every", "observe.fields_every"] {
+        let overrides = |every: &str| format!("{key}={every}").leak() as &str;
+        let late = told(&["until=0.3", overrides("5.0")], key).expect("a notice");
+        assert!(late.contains("5 s is after the end of the run"), "{late}");
+        assert_eq!(told(&["until=0.3", overrides("0.3")], key), None);
+    }
+    let planes = |from: &str| format!("observe.planes={{ every = 0.03, from = {from} }}").leak() as &str;
+    let late = told(&["until=0.05", planes("0.04")], "observe.planes").expect("a notice");
+    assert!(late.contains("0.06 s is after the end of the run, until = 0.05 s"), "{late}");
+    assert_eq!(told(&["until=0.05", planes("0.03")], "observe.planes"), None);
     let clock = told(&["until=4e11"], "until").expect("a notice");
     assert!(clock.contains("1.845e10 s") && clock.contains("larger unit of time"), "{clock}");
     assert_eq!(told(&["until=1e10"], "until"), None);

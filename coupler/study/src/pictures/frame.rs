@@ -44,12 +44,26 @@ impl Quantity {
         Self::GRAINS,
     ];
 
-    /// Of `--field`.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|quantity| quantity.name == text).ok_or_else(|| {
-            let names: Vec<&str> = Self::ALL.iter().map(|quantity| quantity.name).collect();
-            format!("--field {text}: no such field; allowed: {}", names.join(", "))
+    /// Of `--field`, for a run in that geometry.
+    pub(crate) fn parse(text: &str, geometry: Geometry) -> Result<Self, String> {
+        let all = || Self::ALL.into_iter().filter(|quantity| quantity.is_in(geometry));
+        all().find(|quantity| quantity.name == text).ok_or_else(|| {
+            let names: Vec<&str> = all().map(|quantity| quantity.name).collect();
+            let run = format!("{geometry:?}").to_lowercase();
+            format!(
+                "--field {text}: a run with geometry {run:?} has no such field; allowed: {}",
+                names.join(", ")
+            )
         })
+    }
+
+    /// Across a plane a flow has no velocity, and turns about its normal alone.
+    fn is_in(self, geometry: Geometry) -> bool {
+        let across = matches!(
+            (self.array, self.component),
+            (Some("velocity"), Some(1)) | (Some("vorticity"), Some(0 | 2))
+        );
+        geometry == Geometry::Space || !across
     }
 
     /// Are the grains coloured by their speed, and nothing else?
@@ -432,8 +446,12 @@ impl Frame {
         let [right, up] = Slice::seen(plane.axis);
         let faces = [grid.faces[right].clone(), grid.faces[up].clone()];
         let (Some((left, end)), Some((bottom, top))) = (ends(&faces[0]), ends(&faces[1])) else {
-            let (a, b) = (AXES[right], AXES[up]);
-            return Err(format!("the grid has no extent along {a} and {b}: choose another --slice"));
+            let flat = [right, up].into_iter().filter(|axis| ends(&grid.faces[*axis]).is_none());
+            let flat: Vec<&str> = flat.map(|axis| AXES[axis]).collect();
+            return Err(format!(
+                "the grid has no extent along {}: choose another --slice",
+                flat.join(" and ")
+            ));
         };
         self.view = ((if mirrored { -end } else { left }, bottom), (end, top));
         let Some(array) = quantity.array else { return Ok(None) };
@@ -578,8 +596,14 @@ mod tests {
 
     #[test]
     fn fields_and_planes_are_read_or_refused() {
-        assert_eq!(Quantity::parse("speed").unwrap(), Quantity::SPEED);
-        assert!(Quantity::parse("colour").unwrap_err().contains("vorticity"));
+        assert_eq!(Quantity::parse("speed", Geometry::Plane).unwrap(), Quantity::SPEED);
+        assert!(Quantity::parse("colour", Geometry::Space).unwrap_err().contains("vorticity-x"));
+        for none in ["vorticity-x", "vorticity-z", "velocity-y"] {
+            assert!(Quantity::parse(none, Geometry::Space).is_ok());
+            for flat in [Geometry::Plane, Geometry::Axisymmetric] {
+                assert!(Quantity::parse(none, flat).unwrap_err().contains("no such field"), "{none}");
+            }
+        }
         assert_eq!(Slice::parse("z = 0.25").unwrap(), Slice { axis: 2, position: 0.25 });
         for bad in ["w=1", "y", "y=", "y=nan", "0.5"] {
             assert!(Slice::parse(bad).is_err(), "{bad}");

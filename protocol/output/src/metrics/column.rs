@@ -46,6 +46,12 @@ pub(super) fn rule(
         _ => return Ok(Rule::unknown()),
     };
     let misfit = matches!(kind, MetricKind::HaffMisfit(_));
+    // Over the time in which its grain is there.
+    let (inserted, present) = (columns.inserted(place), scene.present());
+    let late = move |why: String| match inserted {
+        Some(grain) => format!("{why}; grain {grain} is there once it is inserted"),
+        None => why,
+    };
     let unit = match kind {
         MetricKind::Frequency { .. } => "1/s",
         MetricKind::HaffTime(_) => "s",
@@ -56,6 +62,9 @@ pub(super) fn rule(
         unit,
         keeps,
         move |seen, kept| {
+            if inserted.is_some_and(|grain| seen.sample.lacks(grain, present)) {
+                return;
+            }
             let (value, line) = (seen.row[place], matches!(kept, Accumulator::Line(_)));
             kept.add(if line { value.sqrt().recip() } else { value }, seen.sample);
         },
@@ -72,7 +81,7 @@ pub(super) fn rule(
             Accumulator::Stationary { series, .. } => {
                 series.estimate().map(|found| (found.mean, Some(found.note())))
             }
-            _ => plain(kept.value()?),
+            _ => plain(kept.value().map_err(&late)?),
         },
     ))
 }

@@ -19,6 +19,8 @@ pub(super) struct Subject {
     pub(super) density: f64,
     /// Weight less buoyancy, N.
     pub(super) submerged_weight: f64,
+    /// Number of grains that are there from the start.
+    present: usize,
 }
 
 impl Subject {
@@ -36,6 +38,7 @@ impl Subject {
             radius: data.radius,
             density: data.density,
             submerged_weight: excess.abs() * data.volume() * gravity,
+            present: scene.present(),
         })
     }
 
@@ -44,9 +47,9 @@ impl Subject {
         if self.settling == [0.0; 3] { norm(velocity) } else { dot(velocity, &self.settling) }
     }
 
-    /// The grain over the window, if its motion is observed.
+    /// The grain over the window, if it is there and its motion is observed.
     pub(super) fn passage(&self, sample: &Sample) -> Option<Passage> {
-        let motion = sample.kinematics.get(self.grain)?;
+        let motion = sample.kinematics.get(self.grain).filter(|_| !sample.lacks(self.grain, self.present))?;
         Some(Passage {
             speed: self.speed(&motion.velocity),
             gap: motion.gap,

@@ -43,14 +43,24 @@ fn a_run_is_replaced_and_foreign_files_stay() {
         folder.frame(3),
         folder.fields().join("fluid_00000001.vtr"),
         folder.checkpoint().join("fluid.checkpoint"),
+        root.join("coarse-grain.csv"),
+        root.join("verify-2/series.csv"),
     ];
     let foreign = [
         root.join("notes.txt"),
         folder.fields().join("movie.mp4"),
         folder.checkpoint().join("mine.txt"),
         folder.frames().join("mine.png"),
+        root.join("verify-2/mine.txt"),
+        root.join("verify-3/mine.txt"),
+        root.join("verify-all/series.csv"),
     ];
-    fs::create_dir(folder.frames()).expect("makes");
+    for grid in ["verify-1", "verify-2"] {
+        drop(OutputFolder::create(&root.join(grid), &sphere(""), false).expect("creates"));
+    }
+    for made in ["film", "verify-3", "verify-all"] {
+        fs::create_dir(root.join(made)).expect("makes");
+    }
     for path in ours.iter().chain(&foreign) {
         fs::write(path, "x").expect("writes");
     }
@@ -63,6 +73,11 @@ fn a_run_is_replaced_and_foreign_files_stay() {
     assert!(ours.iter().all(|path| !path.exists()));
     assert!(foreign.iter().all(|path| path.exists()));
     assert!(folder.scene().exists());
+    assert!(!root.join("verify-1").exists() && root.join("verify-2/scene.toml").exists());
+    fs::remove_file(folder.frames().join("mine.png")).expect("removes");
+    drop(folder);
+    drop(OutputFolder::create(&root, &sphere(""), false).expect("replaces"));
+    assert!(!root.join("film").exists());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use bedload_scene::{CheckedScene, SceneSource};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 
-use crate::stage::{Watch, falling, sphere};
+use crate::stage::{Watch, discs, falling, sphere};
 
 const BOUNCE: &str = r#"
 [[metrics]]
@@ -351,6 +351,41 @@ fn a_resumed_run_measures_the_same_bits() {
         feed(&mut second, &WAY[cut..]);
         assert_eq!(second.metrics.finish(), whole.metrics.finish(), "cut at {cut}");
     }
+}
+
+/// Of three windows it is there in the last two: its numbers before that are none.
+#[test]
+fn a_grain_that_is_inserted_counts_from_then_on() {
+    let metric = |kind: &str| {
+        format!("[[metrics]]\nname = \"{kind}\"\nkind = \"{kind}\"\ncolumn = \"position_z[2]\"\n")
+    };
+    let text = format!(
+        "[observe]\ngrains = [2]\n[[insertions]]\ncount = 1\nlower = [0.0, 0.0, 4.0]\nupper = [9.0, 0.0, 8.0]\n\
+         radius = 0.2\ndensity = 2.0\nseed = 1\nrate = 1.0\n{}{}{}",
+        metric("mean"),
+        metric("max"),
+        metric("final")
+    );
+    let mut watch = Watch::new(&discs(&text), 0.25);
+    let at = |z: f64, w: f64| Kinematics {
+        position: [1.0, 0.0, z],
+        orientation: [w, 0.0, 0.0, 0.0],
+        ..Kinematics::default()
+    };
+    let feed = |watch: &mut Watch, last| {
+        let grains = [at(1.0, 1.0), at(2.0, 1.0), last];
+        let row = watch.feed_all(&[Loads::default(); 3], &Header::default(), &grains, &[]);
+        let place = watch.columns.find("position_z[2]").expect("a column").0;
+        row[place]
+    };
+    assert!(feed(&mut watch, at(9.0, 0.0)).is_nan());
+    for kind in ["mean", "max", "final"] {
+        assert!(watch.note(kind).contains("grain 2 is there once it is inserted"), "{}", watch.note(kind));
+    }
+    assert_eq!(feed(&mut watch, at(6.0, 1.0)), 6.0);
+    assert_eq!(feed(&mut watch, at(4.0, 1.0)), 4.0);
+    // The first window for the whole of it, the second by its ends.
+    assert_eq!([watch.value("mean"), watch.value("max"), watch.value("final")], [5.5, 6.0, 4.0]);
 }
 
 /// Of a velocity that relaxes to −2 m/s and swings about it; cut anywhere it comes to the same bits.

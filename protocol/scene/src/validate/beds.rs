@@ -3,7 +3,7 @@
 use super::check::{Check, finite, not_negative, positive};
 use super::missing;
 use crate::domain::Geometry;
-use crate::grains::Group;
+use crate::grains::{Freedom, Grain, Group};
 use crate::insertions::Insertion;
 use crate::layout::too_many;
 use crate::rough_walls::RoughWall;
@@ -33,6 +33,15 @@ pub(super) fn groups(scene: &Scene, source: &SceneSource) -> Check {
         let bed = Bed { key: &key, source, corners: [lower, upper], radius: *radius, spread: *radius_spread };
         bed.check(*density)?;
         not_negative(source, &key("velocity_deviation"), group.velocity_deviation)?;
+        let (motion, locked) = (group.motion, group.locked.clone());
+        let grain = Grain { motion, locked, ..Grain::at(*lower, *radius, *density) };
+        let moves = |freedom: &Freedom| grain.is_free(*freedom, scene.domain.geometry);
+        source.refuse_if(
+            group.velocity_deviation > 0.0 && ![Freedom::X, Freedom::Y, Freedom::Z].iter().any(moves),
+            &key("velocity_deviation"),
+            format_args!("is {}, but these grains are held along every axis", group.velocity_deviation),
+            "leave it out, or leave out `motion` and `locked`",
+        )?;
         let flat = scene.domain.geometry == Geometry::Plane;
         (0..3).filter(|axis| !(flat && *axis == 1)).try_for_each(|axis| bed.room(axis))?;
         source.refuse_if(

@@ -64,6 +64,10 @@ fn a_number_that_cannot_be_is_named_with_its_row() {
         let why = read_text("numbers", &rows(radius)).expect_err(radius);
         assert!(why.contains(words), "{why}");
     }
+    for radius in ["nan", "1e400", "1D400"] {
+        let why = read_text("numbers", &rows(radius)).expect_err(radius);
+        assert!(why.ends_with("in column radius is not a finite number"), "{why}");
+    }
 }
 
 #[test]

@@ -198,6 +198,22 @@ fn counts_are_bounded_together_and_before_anything_is_made() {
 }
 
 #[test]
+fn what_is_held_has_no_random_velocity() {
+    let group = |more: &str| {
+        boxed(&format!(
+            "[[groups]]\ncount = 3\nlower = [0, 0, 0]\nupper = [4, 4, 4]\nradius = 0.3\ndensity = 1.0\nseed = 1\n\
+             velocity_deviation = 2.0\n{more}"
+        ))
+    };
+    for held in ["motion = \"fixed\"\n", "locked = [\"x\", \"y\", \"z\"]\n"] {
+        let error = group(held).unwrap_err();
+        assert_eq!(error.key, "groups[0].velocity_deviation");
+        assert!(error.message.contains("held along every axis"), "{error}");
+    }
+    assert!(group("locked = [\"z\"]\n").is_ok());
+}
+
+#[test]
 fn a_name_leads_to_no_other_folder() {
     for name in ["u", "u_difference", "Re-100.x", &"a".repeat(100)] {
         assert!(is_file_name(name), "{name}");
