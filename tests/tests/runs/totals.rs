@@ -228,3 +228,23 @@ fn walls_bear_what_points_beside_them_give_to_the_image() {
     let sum: f64 = names.map(last).iter().sum();
     assert!((sum - 0.4 * 4.0 * 1.5).abs() < 2e-3, "{sum}");
 }
+
+/// The force on a sphere that swings in windows far shorter than viscosity needs for a cell follows its
+/// acceleration from window to window.
+#[test]
+fn the_force_on_a_swinging_sphere_has_no_jumps() {
+    let folder = Folder::new("totals-swing");
+    let text = "until = 0.5\n[domain]\ngeometry = \"axisymmetric\"\nlower = [0.0, 0.0]\nupper = [2.0, 4.0]\n\
+        cells = [20, 40]\nboundary = { r_upper = \"free-slip\", z = \"free-slip\" }\n[medium]\ndensity = 1.7\n\
+        viscosity = 0.01\n[[grains]]\nposition = [0.0, 0.0, 1.97]\nradius = 0.5\ndensity = 2.0\n\
+        motion = \"prescribed\"\nvelocity = { amplitude = [0.0, 0.0, 0.3], frequency = 2.0, phase = 0.6 }\n\
+        [fluid.time]\ndt = 0.00125\n[observe]\nevery = 0.0\n";
+    let (scene, out) = (folder.write("swings.toml", text), folder.join("out"));
+    run(&["run", path(&scene), "--out", path(&out), "--no-record"]);
+    let series = Series::read(&out.join("series.csv")).expect("a series");
+    let force = &series.column("hydrodynamic_force_z[0]").expect("a force")[100..];
+    let amplitude = force.iter().fold(0.0, |largest: f64, force| largest.max(force.abs()));
+    let jump = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    // ω dt is 0.016.
+    assert!(jump < 0.03 * amplitude, "{jump} of {amplitude}");
+}
