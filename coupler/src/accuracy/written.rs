@@ -5,6 +5,7 @@ use bedload_scene::CheckedScene;
 use toml::{Table, Value};
 
 use crate::failure::Failure;
+use crate::keys::LUBRICATION;
 use crate::prepare::Prepared;
 use crate::proposals::Change;
 
@@ -31,11 +32,15 @@ pub(super) fn own<'a>(scene: &CheckedScene, settings: &'a [Setting], set: &[Stri
     let options = RunOptions { no_commands: true, ..RunOptions::of_scene(scene.source.file.as_ref()) };
     let with = Change::default().overrides(set.to_vec());
     let without = settings.iter().fold(with.clone(), |change, (key, _)| change.remove(key.as_str()));
+    // What holds of films hangs on whether the scene has that section.
+    let without_films = without.clone().remove(LUBRICATION);
     let made = |change: &Change| choices(&change.prepared(&text, &options)?.1).ok();
     let (Some(with), Some(without)) = (made(&with), made(&without)) else { return Some(first) };
+    let defaults = [Some(without), made(&without_films)];
     let value =
         |of: &[Setting], key: &str| of.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone());
-    settings.iter().find(|(key, _)| value(&with, key) != value(&without, key))
+    let is_default = |key: &str| defaults.iter().flatten().any(|of| value(of, key) == value(&with, key));
+    settings.iter().find(|(key, _)| !is_default(key))
 }
 
 /// Every setting with which a scene is run. What a solver does not resolve is as it is written.

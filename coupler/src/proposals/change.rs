@@ -38,10 +38,7 @@ impl Change {
     pub(super) fn of(&self, text: &str) -> Option<String> {
         let mut table: Table = text.parse().ok()?;
         for key in &self.remove {
-            let (parents, name) = split(key);
-            if let Some(parent) = parents.iter().try_fold(&mut table, |t, p| t.get_mut(*p)?.as_table_mut()) {
-                parent.remove(name);
-            }
+            leave_out(&mut table, key);
         }
         for (key, value) in &self.set {
             let (parents, name) = split(key);
@@ -66,6 +63,17 @@ impl Change {
     }
 }
 
+/// Removes a key, and a table that has no other; says whether it was there.
+fn leave_out(table: &mut Table, key: &str) -> bool {
+    let Some((first, rest)) = key.split_once('.') else { return table.remove(key).is_some() };
+    let Some(inner) = table.get_mut(first).and_then(Value::as_table_mut) else { return false };
+    let was_there = leave_out(inner, rest);
+    if was_there && inner.is_empty() {
+        table.remove(first);
+    }
+    was_there
+}
+
 /// `a.b.c` → (a, b), c.
 fn split(key: &str) -> (Vec<&str>, &str) {
     let mut parts: Vec<&str> = key.split('.').collect();
@@ -84,13 +92,15 @@ mod tests {
             .set("until", 2.0)
             .remove("domain.cells")
             .remove("not.there")
+            .remove("dem.lubrication.form")
             .overrides(vec!["grains[0].density=3.0".to_owned()]);
-        let text =
-            change.of("until = 1.0\n[domain]\ncells = [1, 2]\ngeometry = \"plane\"\n[[grains]]\n").unwrap();
+        let text = "until = 1.0\n[domain]\ncells = [1, 2]\ngeometry = \"plane\"\n[[grains]]\n\
+                    [dem.lubrication]\nform = 1\n";
+        let text = change.of(text).unwrap();
         let table: Table = text.parse().unwrap();
         assert_eq!(table["until"].as_float(), Some(2.0));
         assert_eq!(table["fluid"]["time"]["convection"].as_bool(), Some(false));
-        assert!(table["domain"].get("cells").is_none());
+        assert!(table["domain"].get("cells").is_none() && table.get("dem").is_none());
         assert_eq!(table["domain"]["geometry"].as_str(), Some("plane"));
         assert_eq!(table["grains"][0]["density"].as_float(), Some(3.0));
         assert!(Change::default().set("until.deep", 1.0).of("until = 1.0").is_none());

@@ -239,7 +239,7 @@ fn defaults_that_a_scene_writes_out_are_no_settings_of_its_own() {
     // What a scene writes out of another grid is a setting.
     let output = bedload(&["check", path(&left), "--set", "accuracy=\"2%\""]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(self::plain(&said(&output)).contains("dem.lubrication.resolved_length"), "{}", said(&output));
+    assert!(self::plain(&said(&output)).contains("chartedwithdem.lubrication."), "{}", said(&output));
 }
 
 #[test]
