@@ -170,7 +170,8 @@ fn on_grid(
     let spacing: [f64; 3] = std::array::from_fn(|c| edges[c] / cells[c] as f64);
     let radius = spec.largest_radius();
     let width = arguments.width.unwrap_or(radius);
-    let allowed = 0.01 * radius..=edges.into_iter().fold(radius, f64::max);
+    let seen = (0..3).filter(|c| *c != 1 || spec.shape == Shape::Sphere);
+    let allowed = 0.01 * radius..=seen.map(|c| edges[c]).fold(radius, f64::max);
     if !allowed.contains(&width) {
         let (least, most) = (allowed.start(), allowed.end());
         let what = format!(
