@@ -60,7 +60,8 @@ impl DemParticipant {
     /// # Errors
     /// [`SceneError`] if the scene does not make a DEM.
     pub fn new(scene: &CheckedScene, out: &Path) -> Result<Self, SceneError> {
-        let Config { mut spec, initial_state, .. } = Config::new(scene)?;
+        let Config { mut spec, initial_state, facts } = Config::new(scene)?;
+        spec.contact_step = facts.dt;
         // Of all grains, so that it does not change as they are inserted.
         spec.skin = Some(spec.skin());
         // Orientations and forces per grain cost time; some dry scenes read neither, or forces in their files

@@ -32,6 +32,7 @@ pub(crate) const EXACT_GAPS: usize = 64;
 pub(crate) struct General {
     pub(crate) evaluation: Evaluation,
     integrator: Integrator,
+    contact_step: f64,
     rk3: Rk3,
     /// Velocities and spins at the start of the window.
     start: (Vec<Vec3>, Vec<Vec3>),
@@ -48,6 +49,7 @@ impl General {
         Self {
             evaluation: Evaluation::new(spec, grains, around),
             integrator: spec.integrator,
+            contact_step: spec.contact_step,
             rk3: Rk3::default(),
             start: zeros(grains.len()),
             ahead: zeros(if verlet { grains.len() } else { 0 }),
@@ -76,7 +78,8 @@ impl General {
         }
         while outcome.done < n_sub && outcome.finite {
             let speed = self.substep(window, time + f64::from(outcome.done) * dt, dt);
-            if n_sub == 1 && window.loaded && self.integrator == Integrator::SymplecticEuler {
+            let flight = n_sub == 1 && (window.loaded || dt > self.contact_step * (1.0 + 1e-9));
+            if flight && self.integrator == Integrator::SymplecticEuler {
                 self.centre_flights(window, time, dt);
             }
             let end = time + f64::from(outcome.done + 1) * dt;
@@ -88,7 +91,7 @@ impl General {
         outcome
     }
 
-    /// A window of one sub-step under loads: grains that touched nothing have moved with their mean velocity, as in a
+    /// A window of one sub-step where nothing was to touch: grains that touched nothing have moved with their mean velocity, as in a
     /// window of many, not with the last one; with a gravity that changes, along their exact path.
     fn centre_flights(&self, window: &mut Window<'_>, time: f64, dt: f64) {
         let Window { grains, response, gravity, .. } = window;

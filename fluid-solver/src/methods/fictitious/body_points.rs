@@ -118,8 +118,8 @@ impl<const D: usize> BodyPoints<D> {
         }
     }
 
-    /// ∫ λ dV that goes to the walls of the box, not to the fluid: points within a cell and a half of one spread
-    /// to its mirror image, too. By axis, side and component, m⁴/s² (plane: m³/s²).
+    /// ∫ λ dV that goes to the walls of the box, not to the fluid: points within a cell and a half of one
+    /// spread to its mirror image, too. By axis, side and component, m³/s².
     pub fn held_by_walls(&self, grid: &Grid<D>) -> OnWalls<D> {
         let mut sums = [[[0.0; D]; 2]; D];
         for (d, (multipliers, stencils)) in self.multipliers.iter().zip(&self.stencils).enumerate() {
