@@ -6,39 +6,18 @@
 //! is whole from one moment on. Whoever reads takes the planes it needs, whatever the number of ranks that
 //! wrote them.
 
+pub(crate) mod part;
 mod parts;
 pub(crate) mod whole;
 
 use crate::field::own_planes;
-use crate::methods::grains::Memory;
 use crate::scheme::Viscous;
 use crate::solver::Solver;
-use parts::Part;
+use part::{Head, ROLE};
 use protocol::checkpoint::Payload;
 use protocol::participant::SolverError;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
 use whole::cells_of;
-
-/// Role of the head in its file's name: `fluid.checkpoint`.
-const ROLE: &str = "fluid";
-
-/// What a checkpoint says before its fields: those of [`Solver::fields`], none where files of their own hold
-/// them.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct Head {
-    cells: Vec<u64>,
-    /// Time, s.
-    pub(crate) time: f64,
-    /// Length of the last step, s; zero: there was none.
-    pub(crate) previous_dt: f64,
-    steps: u64,
-    /// Whether viscosity is part of the history.
-    pub(crate) explicit: bool,
-    pub(crate) memory: Memory,
-    /// Files that hold the fields, from the lowest planes on.
-    parts: Vec<Part>,
-}
 
 /// Writes the checkpoint of `solver` to `folder`.
 ///

@@ -6,7 +6,7 @@
 //! grains' motion and projects, as at the start of any run.
 
 use crate::build;
-use crate::checkpoint::Head;
+use crate::checkpoint::part::Head;
 use crate::checkpoint::whole::{Whole, read_whole};
 use crate::config::{Choices, FluidSection, SchemeKey};
 use crate::coupling;

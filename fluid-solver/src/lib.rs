@@ -24,6 +24,7 @@ pub mod config;
 pub mod coupling;
 pub mod facts;
 pub mod follow;
+mod grain_forces;
 pub mod initial;
 pub mod launcher;
 pub mod lines;

@@ -9,7 +9,7 @@
 use crate::field::for_each_own_unknown;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::laboratory;
-use crate::immersed::component::Placed;
+use crate::immersed::by_layer::Placed;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::solver::Solver;
 use bedload_output::atomic_write;

@@ -11,7 +11,7 @@
 
 use crate::grid::{Geometry, Grid};
 use crate::immersed::body::{Motion, Shape, laboratory};
-use crate::immersed::component::Placed;
+use crate::immersed::by_layer::Placed;
 use crate::immersed::layer_sums::{first, for_each_layer};
 use crate::immersed::mask_model::{Mask, MaskModel};
 use crate::solver::Solver;

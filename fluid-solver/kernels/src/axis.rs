@@ -1,6 +1,11 @@
 //! One axis of a grid: where its faces and centres lie, and its metric.
 
-use crate::grid::GridError;
+use thiserror::Error;
+
+/// Why a grid is impossible: the axis, what is wrong with it and what is allowed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct GridError(pub String);
 
 /// How an axis is divided into cells.
 #[derive(Clone, Debug, PartialEq)]

@@ -22,12 +22,12 @@
 //! The row stride is padded, so the left halo of a row is the last pad of the row before.
 //! [`Grid::new_field`] makes a field of zeros; [`Grid::row`] gives the place of `(0, j, k)`.
 
+pub use crate::axis::GridError;
 use crate::axis::{Axis, AxisSpec};
 use crate::boundary::Boundary;
 use crate::division::{Division, DivisionError};
 use crate::ranks::Ranks;
 use std::ops::Range;
-use thiserror::Error;
 
 /// Values before the first row, so that its left halo exists and rows start on a cache line: the
 /// large blocks that glibc hands out begin 16 bytes after a page.
@@ -50,11 +50,6 @@ impl Geometry {
         if self == Self::Plane { 2 } else { 3 }
     }
 }
-
-/// Why a grid is impossible: the axis, what is wrong with it and what is allowed.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("{0}")]
-pub struct GridError(pub String);
 
 /// Description of a grid, to be checked by [`Grid::new`].
 #[derive(Clone, Debug, PartialEq)]

@@ -45,6 +45,7 @@ pub mod axis;
 pub mod boundary;
 pub mod division;
 pub mod drive;
+mod engine;
 pub mod engines;
 mod factors;
 pub mod field;

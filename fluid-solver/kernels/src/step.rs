@@ -13,7 +13,8 @@
 //! because another part does it is planned beforehand (`stages`).
 
 use crate::drive::Drive;
-use crate::engines::{Engine, HasEngine};
+use crate::engine::Engine;
+use crate::engines::HasEngine;
 use crate::field::State;
 use crate::flow::Flow;
 use crate::flow_rate::FlowRate;

@@ -3,32 +3,13 @@
 //! The head of the checkpoint has the digest of each, so that a file of the same name from elsewhere is
 //! refused.
 
+use super::part::{Part, place, role};
 use crate::field::own_planes;
-use crate::grid::Grid;
 use crate::solver::Solver;
 use protocol::checkpoint::{Digest, Payload};
 use protocol::participant::SolverError;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::Path;
-
-/// What the head says of the file of a rank.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Part {
-    /// First plane, and the one after the last.
-    planes: [u64; 2],
-    pub(super) digest: Digest,
-}
-
-/// Such a file's role, which is its name up to the ending.
-pub(super) fn role(steps: u64, rank: usize, size: usize) -> String {
-    format!("fluid-{steps}-{rank}-of-{size}")
-}
-
-/// Where planes lie in a field.
-pub(super) fn place<const D: usize>(grid: &Grid<D>, [from, to]: [u64; 2]) -> Range<usize> {
-    grid.planes(from as isize, to as isize)
-}
 
 /// Every rank writes its file; the first one gets what the head says of them.
 pub(super) fn write<const D: usize>(

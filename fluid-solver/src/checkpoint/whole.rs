@@ -1,7 +1,6 @@
 //! A checkpoint read whole, whatever the number of ranks that wrote it, and without a solver.
 
-use super::parts::{Part, place, role};
-use super::{Head, ROLE};
+use super::part::{Head, Part, ROLE, place, role};
 use crate::grid::Grid;
 use protocol::participant::SolverError;
 use std::path::Path;

@@ -28,6 +28,7 @@ pub mod speeds;
 pub mod table;
 mod validate;
 mod walls;
+mod walls_in_box;
 
 pub use bedload_outline::Outline;
 pub use bedload_over_time::{OverTime, Sine, peak_of_sum};

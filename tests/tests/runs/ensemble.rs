@@ -151,6 +151,7 @@ upper = [0.02, 0.02, 0.02]
 radius = 0.002
 density = 2500.0
 velocity_deviation = 0.1
+seed = 1
 [dem.contact]
 law = "linear-spring-dashpot"
 restitution = 0.87

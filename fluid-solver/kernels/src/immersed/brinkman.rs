@@ -15,7 +15,8 @@
 //! ```
 //! At walls the sum lacks what y loses to their friction.
 
-use super::component::{Placed, Rule};
+use super::by_layer::Placed;
+use super::component::Rule;
 use super::layer_sums::{bits_of, words};
 use super::mask_model::MaskModel;
 use super::transport::wrap;

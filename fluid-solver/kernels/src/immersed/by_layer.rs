@@ -3,12 +3,23 @@
 //! All work of the grains on the grid goes layer by layer: what grains share, they share within a layer,
 //! so that sums over grains need the memory of one layer only, and threads take layers.
 
-use super::body::{Patch, Turned, along_axes};
-use super::component::Placed;
-use super::layer::Layer;
+use super::body::{Motion, Patch, Shape, Turned, along_axes};
 use super::mask_model::MaskModel;
 use super::nodes::{Extent, Nodes};
 use crate::grid::Grid;
+
+/// Grains, the mask and the places in which they are taken.
+#[derive(Clone, Copy)]
+pub struct Placed<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// The mask.
+    pub model: &'a MaskModel,
+    /// What never changes about the grains.
+    pub shapes: &'a [Shape],
+    /// Where they are and how they move.
+    pub motions: &'a [Motion],
+}
 
 /// A grain in a layer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -138,39 +149,5 @@ impl<const D: usize> GrainsByLayer<D> {
         let size = self.nodes.spacing.iter().map(|s| s[s.len() / 2]).product::<f64>();
         let volume = |e: &Extent<D>| (1.6 * e.outer).powi(D as i32);
         self.extents.iter().map(volume).sum::<f64>() / size
-    }
-}
-
-/// All grains on one set of nodes with what they cover of each layer, kept until they move where that pays.
-#[derive(Clone, Debug)]
-pub(super) struct Layers<const D: usize> {
-    pub(crate) grains: GrainsByLayer<D>,
-    /// What they hold: every layer, or room for as many as are worked on at once.
-    cache: Vec<Layer>,
-}
-
-impl<const D: usize> Layers<D> {
-    /// Room for grains at the nodes of component `d` (`d = D`: at cell centres). `caches`: whether what they
-    /// hold is kept until they move.
-    pub(crate) fn new(grid: &Grid<D>, d: usize, caches: bool) -> Self {
-        Self { grains: GrainsByLayer::new(grid, d, caches), cache: Vec::new() }
-    }
-
-    /// Finds the layers of every grain.
-    pub(super) fn place(&mut self, placed: Placed<'_, D>) {
-        if !self.grains.place(placed) {
-            self.cache.iter_mut().for_each(|layer| layer.fresh = false);
-        }
-    }
-
-    /// For groups of `each` layers: the grains, what they hold, and how many entries of that belong to a
-    /// group. Entry `k % entries` is for its `k`th layer. Groups begin at the first layer of this process.
-    pub(super) fn shared(&mut self, grid: &Grid<D>, each: usize) -> (&GrainsByLayer<D>, &mut [Layer], usize) {
-        let layers = grid.division.own().len();
-        let (entries, count) = if self.grains.caches { (each, layers) } else { (1, layers.div_ceil(each)) };
-        if self.cache.len() < count {
-            self.cache.resize_with(count, Layer::default);
-        }
-        (&self.grains, &mut self.cache[..count], entries)
     }
 }

@@ -4,12 +4,12 @@
 //! with `S = Σ q` and `T = Σ q U` every rule below needs two numbers per cell, smooth and bounded
 //! however the grains overlap.
 
-use super::body::{Motion, Shape, laboratory};
-use super::by_layer::{GrainsByLayer, Layers};
+use super::body::laboratory;
+use super::by_layer::{GrainsByLayer, Placed};
 use super::layer::Layer;
 use super::layer_sums::{LayerSums, first, words};
-use super::mask_model::MaskModel;
-use super::transport::Rows;
+use super::layers::Layers;
+use super::transport::rows::Rows;
 use crate::grid::Grid;
 use crate::lanes::{self, Lanes, ZERO, dispatch, lanes_at, lanes_at_mut};
 use crate::threads::{Chunks, share};
@@ -137,19 +137,6 @@ pub struct Component<const D: usize> {
     pub(super) next: Vec<u64>,
     /// Result of the last integral, one entry per grain.
     pub moments: Vec<Moments>,
-}
-
-/// Grains, the mask and the places in which they are taken.
-#[derive(Clone, Copy)]
-pub struct Placed<'a, const D: usize> {
-    /// The grid.
-    pub grid: &'a Grid<D>,
-    /// The mask.
-    pub model: &'a MaskModel,
-    /// What never changes about the grains.
-    pub shapes: &'a [Shape],
-    /// Where they are and how they move.
-    pub motions: &'a [Motion],
 }
 
 impl<const D: usize> Component<D> {

@@ -1,9 +1,9 @@
 //! Sums over the grains of one layer of nodes.
 
 use super::body::Motion;
-use super::by_layer::Layers;
-use super::component::Placed;
+use super::by_layer::Placed;
 use super::layer::{Layer, Room, Span};
+use super::layers::Layers;
 use super::nodes::Nodes;
 use crate::grid::Grid;
 use crate::lanes::ZERO;

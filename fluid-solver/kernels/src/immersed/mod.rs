@@ -1,14 +1,15 @@
 //! Immersed grains: where they are on the grid, how they hold the fluid, what it does to them.
 //!
 //! Nothing here sweeps the whole field: work is done in the rows of cells that grains cover, layer by layer
-//! (`by_layer`), and nothing is kept of it but which cells hold force.
+//! ([`layers`]), and nothing is kept of it but which cells hold force.
 
 pub mod body;
 pub mod brinkman;
-mod by_layer;
+pub mod by_layer;
 pub mod component;
 pub mod layer;
 pub mod layer_sums;
+pub mod layers;
 mod mask;
 pub mod mask_model;
 pub mod nodes;
@@ -21,7 +22,8 @@ mod transport;
 
 use crate::grid::{Geometry, Grid};
 use body::{Motion, Shape, laboratory};
-use component::{Component, Placed, Workspace};
+use by_layer::Placed;
+use component::{Component, Workspace};
 use mask_model::MaskModel;
 use rules::{CarriedForce, Content, DirectForce, Impose, ImposeDirectly, MarkForced, StoreMask};
 use serde::{Deserialize, Serialize};

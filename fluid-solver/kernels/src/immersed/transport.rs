@@ -14,9 +14,11 @@
 //! to a sphere does not turn with it.
 
 mod interpolation;
+pub(super) mod rows;
 mod sums;
 
-use super::component::{Component, Placed, Share, Workspace};
+use super::by_layer::Placed;
+use super::component::{Component, Share, Workspace};
 use super::layer::{Part, Span};
 use super::layer_sums::{bits_of, first as place_of, words};
 use super::piece::PIECES;
@@ -26,6 +28,7 @@ use crate::lanes::{Kernel, Lanes, ZERO, dispatch, lanes_at_mut};
 use crate::threads::by_layers;
 use interpolation::{POINTS, Weights};
 use pulp::Simd;
+use rows::{Ring, Rows};
 use std::ops::Range;
 use sums::{Sums, lane_count};
 
@@ -69,23 +72,6 @@ type Reach = [Range<usize>; PIECES];
 
 /// None yet.
 const EMPTY: Range<usize> = Range { start: usize::MAX, end: 0 };
-
-/// Rows that are interpolated between along the last axis, to be interpolated between along axis 1.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Ring {
-    /// Which row each of them is, counted on over a periodic face.
-    rows: [Option<isize>; POINTS],
-    sums: [Sums; POINTS],
-}
-
-/// Room for one grain in one layer.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
-    rings: [Ring; PIECES],
-    sums: Sums,
-    /// Rows of λ and of b that a face of the box cuts.
-    cut: [[Vec<f64>; POINTS]; 2],
-}
 
 impl<const D: usize> Path<'_, D> {
     /// Adds what comes with the grain of `part` to its rows in layer `k`: axis after axis, so that a place of

@@ -5,7 +5,7 @@ mod project;
 mod rows;
 mod stokes;
 
-use crate::engines::Engine;
+use crate::engine::Engine;
 use crate::factors::Factors;
 use crate::field::State;
 use crate::flow::Flow;

@@ -22,7 +22,7 @@ mod shape;
 mod slab;
 mod sweep;
 
-use crate::engines::Engine;
+use crate::engine::Engine;
 use crate::factors::Factors;
 use crate::field::State;
 use crate::flow::Flow;

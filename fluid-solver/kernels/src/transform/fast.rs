@@ -12,24 +12,36 @@ use super::plan::Plan;
 use super::rows::{Rows, RowsMut, Write};
 use super::sine::One;
 use crate::lanes::{Lanes, ZERO, aligned};
-use pulp::{Simd, WithSimd};
+use bedload_vectors::arch;
+use pulp::{Arch, Simd, WithSimd};
 
-impl Plan {
+/// A fast transform of one length.
+pub(super) struct Fast {
+    plan: Plan,
+    arch: Arch,
+}
+
+impl Fast {
+    /// Plans the transform, or `None` where [`Plan::places`] has none.
+    pub(super) fn new(kind: Kind, n: usize) -> Option<Self> {
+        Some(Self { plan: Plan::new(kind, n)?, arch: arch() })
+    }
+
     /// Working memory for one thread: two buffers of complex places, one of n/2 real ones.
     pub(super) fn scratch(&self) -> Vec<Lanes> {
-        vec![ZERO; 4 * self.fft.len() + self.n / 2 + 1]
+        vec![ZERO; 4 * self.plan.fft.len() + self.plan.n / 2 + 1]
     }
 
     /// Reads and transforms, all passes but the last.
     pub(super) fn load(&self, inverse: bool, rows: Rows<'_>, work: &mut [Lanes]) {
-        self.arch.dispatch(Load { plan: self, inverse, rows, work });
+        self.arch.dispatch(Load { plan: &self.plan, inverse, rows, work });
     }
 
     /// The last pass; writes the result.
     pub(super) fn store(&self, inverse: bool, rows: RowsMut<'_>, work: &mut [Lanes]) {
         match rows.write {
-            Write::Set => self.arch.dispatch(Store::<false> { plan: self, inverse, rows, work }),
-            Write::Add => self.arch.dispatch(Store::<true> { plan: self, inverse, rows, work }),
+            Write::Set => self.arch.dispatch(Store::<false> { plan: &self.plan, inverse, rows, work }),
+            Write::Add => self.arch.dispatch(Store::<true> { plan: &self.plan, inverse, rows, work }),
         }
     }
 }
@@ -43,7 +55,7 @@ fn buffers<S: Simd>(count: usize, work: &mut [Lanes]) -> ([&mut [Pair<S>]; 2], &
     ([a, b], S::as_mut_simd_f64s(sums.as_flattened_mut()).0)
 }
 
-/// [`Plan::load`].
+/// [`Fast::load`].
 struct Load<'a> {
     plan: &'a Plan,
     inverse: bool,
@@ -75,7 +87,7 @@ impl WithSimd for Load<'_> {
     }
 }
 
-/// [`Plan::store`].
+/// [`Fast::store`].
 struct Store<'a, const ADD: bool> {
     plan: &'a Plan,
     inverse: bool,

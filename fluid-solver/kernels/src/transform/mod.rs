@@ -19,6 +19,7 @@ mod rows;
 mod sine;
 
 use crate::lanes::Lanes;
+use fast::Fast;
 pub use kind::Kind;
 use plan::Plan;
 use reference::Reference;
@@ -43,7 +44,7 @@ pub enum Direction {
 /// Who does the work.
 enum Engine {
     /// Lengths 2ᵃ 3ᵇ 5ᶜ from 8 on, even or periodic.
-    Fast(Plan),
+    Fast(Fast),
     /// Any other length.
     Reference(Reference),
 }
@@ -72,7 +73,7 @@ pub struct Transform {
 impl Transform {
     /// Plans a transform along an axis of `cells` cells.
     pub fn new(kind: Kind, cells: usize) -> Self {
-        let engine = match Plan::new(kind, cells) {
+        let engine = match Fast::new(kind, cells) {
             Some(fast) => Engine::Fast(fast),
             None => Engine::Reference(Reference::new(kind, cells)),
         };

@@ -2,13 +2,10 @@
 
 use super::fft::Fft;
 use super::kind::Kind;
-use bedload_vectors::arch;
-use pulp::Arch;
 use std::f64::consts::PI;
 
 /// Plan of one fast transform.
 pub(super) struct Plan {
-    pub(super) arch: Arch,
     pub(super) kind: Kind,
     /// Number of cells n, even but for [`Kind::Periodic`].
     pub(super) n: usize,
@@ -43,7 +40,6 @@ impl Plan {
             _ => unit(0.5 * PI * k as f64 / cells),
         };
         Some(Self {
-            arch: arch(),
             kind,
             n,
             odd: matches!(kind, Kind::OddOdd | Kind::OddEven),
