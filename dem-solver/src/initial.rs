@@ -146,8 +146,8 @@ fn other_start(dem: &Dem, state: &State) -> Option<String> {
         .map(|i| format!("has body {i} turned otherwise than this scene, by which the fluid starts"))
 }
 
-/// A grain outside the box, or in a wall, or two in each other. Those `at_walls` touched one in the other run,
-/// and may be as deep in it as contacts are soft.
+/// A grain outside the box, or in a wall, or two in each other. Those `at_walls` touched one in the other
+/// run, and may be as deep in it as contacts are soft.
 fn misplaced(dem: &Dem, scene: &CheckedScene, at_walls: &[bool]) -> Option<String> {
     let mut places = dem.grains.position.iter().map(|x| <[f64; 3]>::from(*x)).enumerate();
     if let Some((i, x)) = places.find(|(_, x)| !scene.scene.domain.holds(x)) {

@@ -37,8 +37,8 @@ const SKIN: f64 = 1e-3;
 /// Neighbours are searched to this gap over the mean diameter.
 const REACH: f64 = 0.3;
 
-/// Grains that one is held against, in cells as wide as the largest, and pairs of them in all: a search of more
-/// of both takes minutes.
+/// Grains that one is held against, in cells as wide as the largest, and pairs of them in all: a search of
+/// more of both takes minutes.
 const MOST_NEAR: f64 = 1e3;
 const MOST_PAIRS: f64 = 1e8;
 

@@ -75,8 +75,8 @@ pub struct DemSpec {
     pub fluid_density: f64,
     /// Time integration.
     pub integrator: Integrator,
-    /// Sub-step that contacts are resolved with, s: without loads a window of one such sub-step is like one of
-    /// many. 0 where all windows of one sub-step are flights.
+    /// Sub-step that contacts are resolved with, s: without loads a window of one such sub-step is like one
+    /// of many. 0 where all windows of one sub-step are flights.
     pub contact_step: f64,
     /// Width of the neighbour list beyond the range of forces, m; a tenth of the mean diameter if
     /// absent. It changes the cost, never the result.

@@ -91,8 +91,9 @@ impl General {
         outcome
     }
 
-    /// A window of one sub-step where nothing was to touch: grains that touched nothing have moved with their mean velocity, as in a
-    /// window of many, not with the last one; with a gravity that changes, along their exact path.
+    /// A window of one sub-step where nothing was to touch: grains that touched nothing have moved with their
+    /// mean velocity, as in a window of many, not with the last one; with a gravity that changes, along
+    /// their exact path.
     fn centre_flights(&self, window: &mut Window<'_>, time: f64, dt: f64) {
         let Window { grains, response, gravity, .. } = window;
         let lead = gravity.map_or(Vec3::zeros(), |gravity| gravity.lead(time, time + dt).into());

@@ -12,8 +12,8 @@ use super::component::{Integrand, Point, Rule};
 use crate::vector::Real;
 use pulp::Simd;
 
-/// Imposes the grains' motion on the velocity and updates the force λ; with a third field it leaves the mask b
-/// of the grains there.
+/// Imposes the grains' motion on the velocity and updates the force λ; with a third field it leaves the mask
+/// b of the grains there.
 pub(super) struct Impose {
     pub(super) dt: f64,
 }
