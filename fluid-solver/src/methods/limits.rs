@@ -219,20 +219,30 @@ pub(super) fn density_ratio(
     let Some(smallest) = free_grains(scene).map(Grain::equivalent_diameter).reduce(f64::min) else {
         return Vec::new();
     };
-    let bound = |limits: &Limits| SolverBound {
+    const ONCE: &str = "lighter grains were found unstable, or were not measured, at this ν dt/D²: the loads \
+                        answer the motion a window late";
+    const REPEATED: &str = "lighter grains were found unstable in repeated windows, or were not measured, at \
+                            this ν dt/D²";
+    let bound = |limits: &Limits, why: &str, remedy: &str| SolverBound {
         rows: rows(scene, medium, limits),
         ..SolverBound::new("density-ratio", "ρ_p/ρ", (0.0, Measure::Window), Side::AtLeast, 0.0).because(
-            "lighter grains were found unstable, or were not measured, at this ν dt/D²: the loads answer the \
-             motion a window late",
+            why,
             "docs/stability.md",
             remedy,
         )
     };
     let mut bounds = match repeated {
-        None => vec![bound(limits)],
+        None => vec![bound(limits, ONCE, remedy)],
         Some(repeated) => vec![
-            SolverBound { scheme: Some(SemiImplicit), wider_in: Some(Iterated), ..bound(limits) },
-            SolverBound { scheme: Some(Iterated), ..bound(repeated) },
+            SolverBound {
+                scheme: Some(SemiImplicit),
+                wider_in: Some(Iterated),
+                ..bound(limits, ONCE, remedy)
+            },
+            SolverBound {
+                scheme: Some(Iterated),
+                ..bound(repeated, REPEATED, "use heavier grains, or another dt")
+            },
         ],
     };
     let value = (medium.kinematic_viscosity() / smallest.powi(2), Measure::Window);
