@@ -281,9 +281,7 @@ impl<const D: usize> Solver<D> {
     /// Mean force over density on the walls of the box in the last window that pressure and friction do not
     /// have, by axis, side and component, m⁴/s² (plane: m³/s²).
     pub(crate) fn beyond_stress(&self) -> Option<OnWalls<D>> {
-        let dt = self.grains.memory.before_dt;
-        let impulse = self.method.impulse_on_walls(self.grid(), dt)?;
-        Some(impulse.map(|sides| sides.map(|side| side.map(|push| push / dt))))
+        self.method.force_on_walls(self.grid(), self.grains.memory.before_dt)
     }
 
     /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].

@@ -48,7 +48,7 @@ fn wall_speed(facts: &Facts<'_>) -> Option<Bound> {
 /// Half of the least width of the thinnest free grain, m: its radius if it is round.
 fn thinnest_free(facts: &Facts<'_>) -> Option<f64> {
     let free = facts.scene.grains.iter().filter(|grain| grain.motion == bedload_scene::Motion::Free);
-    free.map(|grain| 0.5 * grain.thickness()).reduce(f64::min)
+    free.map(bedload_scene::Grain::half_width).reduce(f64::min)
 }
 
 /// U t_c/(π R) of the thinnest free grain, where anything can touch; R is half of its least width.

@@ -9,8 +9,8 @@ use std::ops::Range;
 /// Role of the head in its file's name: `fluid.checkpoint`.
 pub(super) const ROLE: &str = "fluid";
 
-/// What a checkpoint says before its fields: those of [`Solver::fields`], none where files of their own hold
-/// them.
+/// What a checkpoint says before its fields: those of [`crate::solver::Solver::fields`], none where files of
+/// their own hold them.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Head {
     pub(super) cells: Vec<u64>,

@@ -51,9 +51,9 @@ pub trait ImmersedBoundary<const D: usize>: Send {
         1.0
     }
 
-    /// Impulse over the density of the fluid that the walls of the box got in the last window of length `dt`,
-    /// s, by axis, side and component, m⁴/s (plane: m³/s), where pressure and friction do not have it.
-    fn impulse_on_walls(&self, _: &Grid<D>, _dt: f64) -> Option<OnWalls<D>> {
+    /// Mean force over the density of the fluid on the walls of the box in the last window, of length `dt`,
+    /// s, by axis, side and component, m⁴/s² (plane: m³/s²), that pressure and friction do not have.
+    fn force_on_walls(&self, _: &Grid<D>, _dt: f64) -> Option<OnWalls<D>> {
         None
     }
 

@@ -195,6 +195,11 @@ impl Grain {
         self.outline().map_or(2.0 * self.radius, |outline| outline.thickness())
     }
 
+    /// Half of it, m: what overlaps are judged by. The radius of what is round.
+    pub fn half_width(&self) -> f64 {
+        0.5 * self.thickness()
+    }
+
     /// Mass (plane: per unit depth).
     pub fn mass(&self) -> f64 {
         self.density * self.volume()

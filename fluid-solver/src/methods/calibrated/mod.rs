@@ -220,10 +220,10 @@ impl<const D: usize> ImmersedBoundary<D> for Calibrated<D> {
         touch::part_at_touches(&mut self.loads, grains, allowed, spacing).min(at_rest)
     }
 
-    fn impulse_on_walls(&self, _: &Grid<D>, _dt: f64) -> Option<OnWalls<D>> {
-        let normal = self.contact.as_ref()?.walls.as_ref()?.on_walls;
-        let along = |a: usize, push: f64| std::array::from_fn(|d| if d == a { push } else { 0.0 });
-        Some(std::array::from_fn(|a| normal[a].map(|push| along(a, push))))
+    fn force_on_walls(&self, _: &Grid<D>, dt: f64) -> Option<OnWalls<D>> {
+        let impulse = self.contact.as_ref()?.walls.as_ref()?.on_walls;
+        let along = |a: usize, push: f64| std::array::from_fn(|d| if d == a { push / dt } else { 0.0 });
+        Some(std::array::from_fn(|a| impulse[a].map(|push| along(a, push))))
     }
 
     /// Finds the cells that hold force, and the virtual masses of the window before.

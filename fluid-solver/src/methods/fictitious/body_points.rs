@@ -1,13 +1,13 @@
 //! Points in bodies on a plane grid, and the Lagrange multipliers λ there (docs/equations-immersed.md,
 //! section 9).
 
-use super::super::immersed_boundary::OnWalls;
 use super::points::Points;
 use super::stencil::Stencil;
 use crate::field::clear_own;
 use crate::grid::{Geometry, Grid};
 use crate::immersed::Wrench;
 use crate::immersed::body::{Motion, Shape, along_axes, laboratory};
+use crate::methods::immersed_boundary::OnWalls;
 use bedload_scene::CheckedScene;
 use std::ops::Range;
 

@@ -82,8 +82,8 @@ impl<const D: usize> ImmersedBoundary<D> for FictitiousDomain<D> {
         self.loads.resume(grains);
     }
 
-    fn impulse_on_walls(&self, grid: &Grid<D>, dt: f64) -> Option<OnWalls<D>> {
-        Some(self.points.held_by_walls(grid).map(|sides| sides.map(|side| side.map(|push| push * dt))))
+    fn force_on_walls(&self, grid: &Grid<D>, _: f64) -> Option<OnWalls<D>> {
+        Some(self.points.held_by_walls(grid))
     }
 
     fn points(&self) -> Option<&[Vec<f64>; D]> {

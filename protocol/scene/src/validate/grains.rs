@@ -191,7 +191,7 @@ fn inside(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> C
     let mut planes = scene.walls.clone();
     planes.retain(|wall| wall.from <= 0.0);
     planes.extend(domain.contact_faces());
-    let half = 0.5 * grain.thickness();
+    let half = grain.half_width();
     for wall in &planes {
         let length: f64 = wall.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
         let gap = (0..3).map(|a| (grain.position[a] - wall.point[a]) * wall.normal[a]).sum::<f64>() / length
@@ -286,8 +286,8 @@ fn going_on(scene: &Scene) -> &'static str {
 /// No two grains overlap by more than [`deepest`] (sweep along the longest axis).
 fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-    let half = |grain: &Grain| 0.5 * grain.thickness();
-    let widest = grains.iter().map(half).fold(0.0, f64::max);
+    let half: Vec<f64> = grains.iter().map(Grain::half_width).collect();
+    let widest = half.iter().copied().fold(0.0, f64::max);
     let mut places = places(scene, grains, largest);
     let extent = |axis: usize| {
         let x = || places.iter().map(|(place, _)| place[axis]);
@@ -307,11 +307,12 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
                 overlap = penetration(a, b, [there[0] - here[0], there[2] - here[2]]);
             }
             let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
-            let (most, words) = deepest(scene, half(a).min(half(b)), widest);
+            let (most, words) = deepest(scene, half[*i].min(half[*j]), widest);
             if i != j && overlap > most && !both_held {
                 let (first, second) = (*i.min(j), *i.max(j));
                 let message = format!(
-                    "grains {first} and {second} overlap by {overlap}; allowed: {words}, R the smaller radius (half width)"
+                    "grains {first} and {second} overlap by {overlap}; allowed: {words}, R the smaller radius \
+                     (half width)"
                 );
                 let remedy = format!("move one of them{}", going_on(scene));
                 return Err(source.error(&grain_key(scene, second, "position"), message, &remedy));
