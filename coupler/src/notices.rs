@@ -1,8 +1,11 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
-use bedload_scene::{CheckedScene, Grain, Motion, ObservedPlanes, OverTime, Shape, Wall, WallKind, changing};
+use bedload_scene::{
+    CheckedScene, Grain, Motion, ObservedPlanes, OverTime, Shape, Total, Wall, WallKind, changing,
+};
 use protocol::facts::DemFacts;
 use protocol::scheme::{Iterations, Scheme};
+use serde_json::json;
 
 use crate::bounds::{Facts, largest_overlap};
 use crate::keys;
@@ -49,6 +52,8 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         leaving(facts.scene),
         no_film(facts.scene),
         late(facts.scene),
+        without_grains(facts),
+        without_peer(facts),
         log_clock(facts),
         iterations(facts),
         courant(facts),
@@ -85,6 +90,42 @@ fn late(scene: &CheckedScene) -> Option<String> {
             Short(until)
         )
     })
+}
+
+/// What is asked of the DEM, where none takes part.
+fn without_grains(facts: &Facts<'_>) -> Option<String> {
+    let observe = &facts.scene.scene.observe;
+    let totals = observe.totals.iter().flat_map(|totals| &totals.columns);
+    let of_grains = totals.filter(|column| match column {
+        Total::Shields | Total::CoordinationNumber => true,
+        Total::FluidFlux | Total::WallForce | Total::WallStress => false,
+        Total::GrainFlux | Total::VelocityFlux | Total::BedHeight | Total::MovingGrains => {
+            facts.scene.grains.is_empty()
+        }
+    });
+    let columns = of_grains.map(|column| format!("observe.totals.columns {}", json!(column)));
+    let profile = observe.profile.iter().map(|_| "observe.profile".to_owned());
+    let substeps = observe.substeps.iter().map(|_| "observe.substeps".to_owned());
+    let asked: Vec<String> = columns.chain(profile).chain(substeps).collect();
+    (facts.dem.is_none() && !asked.is_empty()).then(|| {
+        format!(
+            "{}: nothing comes of it, as no grain is free and no DEM takes part; take it out",
+            asked.join(", ")
+        )
+    })
+}
+
+/// What is said of an exchange, or of a fluid, where there is none.
+fn without_peer(facts: &Facts<'_>) -> Option<String> {
+    let scene = &facts.scene.scene;
+    let exchange = ["scheme", "iterations", "substeps", "max_dt_over_contact_time", "steps_per_contact"];
+    let exchange = exchange.iter().filter(|key| scene.coupling.contains_key(**key));
+    let keys = exchange.map(|key| format!("coupling.{key}"));
+    let fluid = scene.fluid.keys().filter(|_| facts.fluid.is_none()).map(|key| format!("fluid.{key}"));
+    let said: Vec<String> = keys.chain(fluid).collect();
+    let absent = if facts.fluid.is_none() { "there is no [medium]" } else { "no grain is free" };
+    ((facts.fluid.is_none() || facts.dem.is_none()) && !said.is_empty())
+        .then(|| format!("{}: no effect, as {absent}: one solver runs alone; take it out", said.join(", ")))
 }
 
 /// A run beyond the clock of its log.

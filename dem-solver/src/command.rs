@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use bedload_output::atomic_write;
 use bedload_output::vtk::{Array, image};
 use bedload_program::{Failure, RunOptions};
-use bedload_scene::{Axis, CheckedScene, Geometry, Profile as Asked};
+use bedload_scene::{Axis, Domain, Geometry, Profile as Asked};
 use clap::Parser;
 use nalgebra::Matrix3;
 use protocol::{checkpoint, checkpoints};
@@ -90,7 +90,8 @@ fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
     let (_, state) = checkpoint::read_any::<State>(&checkpoints::newest_of_run(&arguments.folder), "dem")?;
     participant.adopt(&state)?;
-    let (lower, upper) = region(arguments, &scene)?;
+    let whole = scene.scene.domain.corners();
+    let [lower, upper] = region(arguments, &scene.scene.domain, whole)?;
     let (name, bytes) = if let Some(slabs) = arguments.slabs {
         let axis = [Axis::X, Axis::Y, Axis::Z]["xyz".find(&arguments.axis).unwrap_or(2)];
         if axis == Axis::Y && scene.scene.domain.geometry == Geometry::Plane {
@@ -104,7 +105,7 @@ fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
             Profile::new(&asked, participant.spec(), &participant.dem().grains, &participant.contacts());
         ("coarse-grain.csv", profile.table(&[]).into_bytes())
     } else {
-        ("coarse-grain.vti", on_grid(arguments, &participant, lower, upper)?)
+        ("coarse-grain.vti", on_grid(arguments, &participant, [lower, upper], whole)?)
     };
     let path = arguments.out.clone().unwrap_or_else(|| arguments.folder.join(name));
     if arguments.out.is_some() && std::fs::symlink_metadata(&path).is_ok() {
@@ -119,21 +120,14 @@ fn refuse<T>(option: &str, what: impl std::fmt::Display) -> Result<T, Failure> {
     Err(Failure::Input(format!("{option}: {what}")))
 }
 
-/// Lower and upper corner of the region, in the box; y is 0 to 1 in the plane.
-fn region(arguments: &Arguments, scene: &CheckedScene) -> Result<([f64; 3], [f64; 3]), Failure> {
-    let domain = &scene.scene.domain;
-    let mut corners = ([0.0; 3], [1.0; 3]);
-    for axis in 0..domain.dimensions() {
-        let c = domain.geometry.component(axis);
-        (corners.0[c], corners.1[c]) = (domain.lower[axis], domain.upper[axis]);
-    }
-    if domain.geometry == Geometry::Axisymmetric {
-        // The square about the cylinder.
-        let radius = corners.1[0];
-        (0..2).for_each(|c| (corners.0[c], corners.1[c]) = (-radius, radius));
-    }
+/// Lower and upper corner.
+type Corners = [[f64; 3]; 2];
+
+/// The region, in the box.
+fn region(arguments: &Arguments, domain: &Domain, whole: Corners) -> Result<Corners, Failure> {
+    let mut corners = whole;
     for c in (0..3).filter(|c| *c != 1 || domain.geometry != Geometry::Plane) {
-        let (low, high) = (corners.0[c], corners.1[c]);
+        let [low, high] = whole.map(|corner| corner[c]);
         let lower = arguments.lower.map_or(low, |corner| corner[c]);
         let upper = arguments.upper.map_or(high, |corner| corner[c]);
         let slack = 1e-9 * (high - low);
@@ -145,7 +139,7 @@ fn region(arguments: &Arguments, scene: &CheckedScene) -> Result<([f64; 3], [f64
             );
             return refuse("--lower, --upper", what);
         }
-        (corners.0[c], corners.1[c]) = (lower, upper);
+        (corners[0][c], corners[1][c]) = (lower, upper);
     }
     Ok(corners)
 }
@@ -153,8 +147,8 @@ fn region(arguments: &Arguments, scene: &CheckedScene) -> Result<([f64; 3], [f64
 fn on_grid(
     arguments: &Arguments,
     participant: &DemParticipant,
-    lower: [f64; 3],
-    upper: [f64; 3],
+    [lower, upper]: Corners,
+    whole: Corners,
 ) -> Result<Vec<u8>, Failure> {
     let (dem, spec) = (participant.dem(), participant.spec());
     let cells = arguments.cells.unwrap_or([1; 3]);
@@ -180,7 +174,10 @@ fn on_grid(
         return refuse(&format!("--width {width}"), what);
     }
     let periods = spec.periods.map(|period| period.map(|(_, length)| length));
-    let grid = Grid { lower, spacing, cells, width, periods };
+    let beyond = std::array::from_fn(|c| {
+        [lower[c] - whole[0][c], whole[1][c] - upper[c]].map(|room| (room / spacing[c] + 1e-9) as usize)
+    });
+    let grid = Grid { lower, spacing, cells, beyond, width, periods };
     let averages =
         coarse_grain(&dem.grains, spec.shape, &participant.contacts(), &Partition::Grid(grid), |_| true);
     Ok(image(dem.time(), lower, spacing, cells, &arrays(&averages, spec.shape)))

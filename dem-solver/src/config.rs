@@ -226,7 +226,10 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
         wall.servo = follow(scene, number)?;
     }
     let lubrication = dem.lubrication.get_or_insert_with(|| default_lubrication(scene));
-    if let Lubrication::Complement(settings) = lubrication {
+    // A film without a fluid is refused below.
+    if let Lubrication::Complement(settings) = lubrication
+        && shared.medium.is_some()
+    {
         settings.resolved_length.get_or_insert(coarsest_spacing(scene));
     }
     let lubrication = *lubrication;

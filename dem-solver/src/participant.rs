@@ -331,8 +331,7 @@ impl Participant for DemParticipant {
             let Some(bytes) = bytes else { continue };
             let name = format!("{kind}_{:08}.vtp", window.step);
             self.write_field(&name, &bytes)?;
-            bedload_output::vtk::list(&self.fields.join(format!("{kind}.pvd")), time, &name)
-                .map_err(failed)?;
+            bedload_output::vtk::list(&self.fields.join(format!("{kind}.pvd")), time, &name)?;
         }
         if let Some(profile) = self.profile() {
             let name = format!("profile_{:08}.csv", window.step);

@@ -58,7 +58,7 @@ pub fn write<const D: usize>(
         atomic_write(&folder.join(&name), text.as_bytes())?;
         list(&folder.join("fluid.pvd"), time, &name)
     };
-    whole().map_err(|error| SolverError::Failed(error.to_string()))
+    Ok(whole()?)
 }
 
 /// Faces along x, y and z of the planes of this process, m; 0 alone along an axis that the grid has not.
@@ -99,7 +99,7 @@ fn velocity<const D: usize>(solver: &Solver<D>) -> Array {
 }
 
 fn pressure<const D: usize>(solver: &Solver<D>) -> Array {
-    let p = &solver.stepper().state().pressure;
+    let p = solver.pressure();
     Array::scalar("pressure", cells(solver.grid(), |_, index| [solver.density() * p[index]]))
 }
 

@@ -60,7 +60,7 @@ pub fn write<const D: usize>(
             plane.stresses = plane.stresses.map(|had| Stresses { temperature: had.temperature, ..found });
         }
     }
-    let planes = Planes { times: vec![window.time + window.dt], planes };
+    let planes = Planes { times: vec![(window.time + window.dt, 1.0)], planes };
     let path = folder.join(Planes::file_name(window.step));
     let save = || {
         std::fs::create_dir_all(folder)?;

@@ -284,6 +284,11 @@ impl<const D: usize> Solver<D> {
         self.method.force_on_walls(self.grid(), self.grains.memory.before_dt)
     }
 
+    /// p/ρ of the last window, m²/s².
+    pub(crate) fn pressure(&self) -> &[f64] {
+        self.method.mean_pressure().unwrap_or(&self.stepper.state().pressure)
+    }
+
     /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].
     pub(crate) fn leak(&self) -> Option<(f64, usize)> {
         self.method.leak(&self.grains)

@@ -15,7 +15,7 @@
 //! slope is the change of the momentum of both phases less the forces on them.
 
 use crate::boundary::Boundary;
-use crate::field::for_each_unknown;
+use crate::field::{for_each_unknown, for_each_value};
 use crate::grain_forces::GrainForces;
 use crate::grid::Grid;
 use crate::immersed::body::laboratory;
@@ -90,7 +90,7 @@ fn add_along<const D: usize>(
     let (n, one, back) = (grid.cells[axis], grid.stride(axis), grid.stride(d));
     let widths = &grid.axes[axis].widths;
     let at_wall = |side: usize| matches!(grid.boundaries[axis][side], Boundary::NoSlip { .. });
-    for_each_unknown(grid, d, |at, index| {
+    for_each_value(grid, d, |at, index| {
         let k = at[axis];
         let volume = grid.control_volume(d, at);
         let area = volume / widths[k];

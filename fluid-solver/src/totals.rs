@@ -109,7 +109,7 @@ impl Totals {
 
     /// Pressure on walls, whose slope across them is zero.
     fn add_pressure<const D: usize>(&self, solver: &Solver<D>, sums: &mut Sums) {
-        let (grid, p) = (solver.grid(), &solver.stepper().state().pressure);
+        let (grid, p) = (solver.grid(), solver.pressure());
         for row in grid.own_rows().filter(|_| self.forces) {
             let rest = [0, row % grid.cells[1], row / grid.cells[1]];
             let face = |a: usize, side: usize| if side == 0 { 0 } else { grid.cells[a] - 1 };

@@ -31,6 +31,17 @@ def test_a_series_under_way_is_read_as_far_as_it_goes(finished, tmp_path):
     (tmp_path / "series.csv").write_text("".join(lines[:4]) + "1,2\n")
     with pytest.raises(bedload.BedloadError, match="as many values"):
         _results.columns(tmp_path / "series.csv")
+    (tmp_path / "series.csv").write_text("")
+    assert _results.columns(tmp_path / "series.csv") == {}
+
+
+def test_a_log_that_breaks_off_is_an_error_with_a_remedy(finished, tmp_path):
+    log = (finished.path / "exchange.mcap").read_bytes()
+    for size in (0, 20, len(log) // 2, len(log) - 9):
+        (tmp_path / "exchange.mcap").write_bytes(log[:size])
+        with pytest.raises(bedload.BedloadError, match="bedload log repair") as error:
+            list(_results.Log(tmp_path / "exchange.mcap").messages())
+        assert error.value.kind == "damaged-log"
 
 
 def test_series_without_pandas(finished):

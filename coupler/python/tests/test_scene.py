@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import bedload
 from bedload import _scene
 
 VALUES = {
@@ -41,3 +42,9 @@ def test_what_toml_has_not_is_refused_with_its_key():
 def test_overrides_are_toml():
     words = _scene.settings({"fluid.time": {"scheme": "ab2", "dt": 0.5}, "coupling.force": ["cfl"]})
     assert words == ["--set", 'fluid.time={ scheme = "ab2", dt = 0.5 }', "--set", 'coupling.force=["cfl"]']
+
+
+def test_a_dictionary_needs_a_folder_to_write_in(monkeypatch):
+    monkeypatch.setattr("os.access", lambda *_: False)
+    with pytest.raises(bedload.BedloadError, match="cannot write here.*remedy"), _scene.file_of({"until": 1.0}):
+        pass

@@ -13,6 +13,14 @@ impl DemSpec {
         let model =
             |model, quantity, value, allowed| Err(SpecError::Model { model, quantity, value, allowed });
         self.contact.validate()?;
+        if self.lubrication.settings().is_some() && !(self.viscosity > 0.0 && self.viscosity.is_finite()) {
+            return model(
+                "lubrication",
+                "viscosity",
+                self.viscosity,
+                "positive and finite; a dry scene takes form = \"none\"",
+            );
+        }
         self.lubrication.validate()?;
         for (index, grain) in self.grains.iter().enumerate() {
             grain.validate(index)?;
@@ -23,14 +31,6 @@ impl DemSpec {
         }
         if let Some(value) = self.gravity.extremes().flatten().find(|c| !c.is_finite()) {
             return model("gravity", "a component", value, "finite");
-        }
-        if self.lubrication.settings().is_some() && !(self.viscosity > 0.0 && self.viscosity.is_finite()) {
-            return model(
-                "lubrication",
-                "viscosity",
-                self.viscosity,
-                "positive and finite; a dry scene takes form = \"none\"",
-            );
         }
         SpecError::unless_positive("neighbour list", &[("skin", self.skin.unwrap_or(1.0))])?;
         if self.integrator == Integrator::Rk3 && self.lubrication.settings().is_some() {

@@ -23,9 +23,8 @@ pub(crate) fn finish(
     scene: &CheckedScene,
     folder: &OutputFolder,
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
-    let failed = |error: bedload_output::OutputError| SolverError::Failed(error.to_string());
     let table = grain_files::table(dem.time(), &dem.grains, spec, &outside.sum_up(&dem.grains));
-    atomic_write(&folder.grains(), table.as_bytes()).map_err(failed)?;
+    atomic_write(&folder.grains(), table.as_bytes())?;
     let waiting = spec.grains.len() - dem.grains.len();
     if waiting > 0 {
         protocol::say!(
@@ -42,7 +41,7 @@ pub(crate) fn finish(
         _ => None,
     });
     let curves = fit.map_or_else(Vec::new, |(silo, fit)| curves(profile, &silo, fit.value));
-    atomic_write(&folder.profile(), profile.table(&curves).as_bytes()).map_err(failed)?;
+    atomic_write(&folder.profile(), profile.table(&curves).as_bytes())?;
     Ok(metrics(scene, profile, gravity, mean_diameter(dem)))
 }
 

@@ -99,8 +99,11 @@ pub(crate) fn least(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<f64> 
     Some(0.5 * (a + b))
 }
 
-/// f_w K measured: friction of the side walls over granular pressure, slab by slab.
+/// f_w K measured: friction of the side walls over granular pressure, slab by slab; none without a wall.
 pub fn direct(profile: &Profile, range: [f64; 2]) -> Option<Measured> {
+    if profile.perimeter == 0.0 {
+        return None;
+    }
     mean(bearing(profile, range).map(|slab| profile.wall_stress(slab)[1] / profile.pressure(slab)))
 }
 

@@ -25,7 +25,7 @@ pub struct Slabs {
 }
 
 /// Cells of a uniform grid over which a Gaussian of width w is spread: φ ∝ exp(−|r|²/(2w²)) of all images,
-/// cut at 3w and at the grid, its sum over the cells made one.
+/// cut at 3w and at the box, its sum over the cells in the box made one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Lower corner, m.
@@ -34,6 +34,8 @@ pub struct Grid {
     pub spacing: [f64; 3],
     /// Numbers of cells, x fastest.
     pub cells: [usize; 3],
+    /// Cells of this size between the grid and the faces of the box, below and above along each axis.
+    pub beyond: [[usize; 2]; 3],
     /// w, m.
     pub width: f64,
     /// Length of the period along each axis, if it has one, m.
@@ -105,7 +107,8 @@ impl Slabs {
         place(low)..=place(high)
     }
 
-    fn ball(&self, x: f64, radius: f64, share: &mut impl FnMut(usize, f64)) {
+    /// Parts of a grain with its centre at `x`, by slab.
+    pub(super) fn ball(&self, x: f64, radius: f64, share: &mut impl FnMut(usize, f64)) {
         for shift in self.images(x - radius, x + radius) {
             let x = x + shift;
             let disc = self.shape == Shape::Disc;
@@ -145,21 +148,22 @@ impl Grid {
     fn visit(&self, at: &Vec3, scale: f64, share: &mut impl FnMut(usize, f64)) -> f64 {
         let reach = 3.0 * self.width;
         // Cells along an axis with the squares of their distances, of each image that reaches any.
-        let lines: [Vec<(usize, f64)>; 3] = std::array::from_fn(|axis| {
+        let lines: [Vec<(Option<usize>, f64)>; 3] = std::array::from_fn(|axis| {
+            let (count, [below, above]) = (self.cells[axis], self.beyond[axis]);
+            let (first, last) = (-(below as f64), (count + above) as f64 - 1.0);
             let turns = self.periods[axis].map_or(0, |period| 1 + (reach / period) as i32);
             let images = (-turns..=turns).flat_map(|turn| {
                 let x = at[axis] + f64::from(turn) * self.periods[axis].unwrap_or(0.0);
                 let place = |x: f64| ((x - self.lower[axis]) / self.spacing[axis]).floor();
-                let cells = place(x - reach).max(0.0)..=place(x + reach).min(self.cells[axis] as f64 - 1.0);
-                let range =
-                    if cells.is_empty() { 0..0 } else { *cells.start() as usize..*cells.end() as usize + 1 };
-                range.map(move |cell| (cell, x))
+                let (low, high) = (place(x - reach).max(first), place(x + reach).min(last));
+                (low as i64..=high as i64).map(move |cell| (cell, x))
             });
-            let square = |(cell, x): (usize, f64)| {
+            let square = |(cell, x): (i64, f64)| {
                 let middle = self.lower[axis] + (cell as f64 + 0.5) * self.spacing[axis];
-                (cell, if self.cells[axis] == 1 { 0.0 } else { (middle - x).powi(2) })
+                let distance = if first == last { 0.0 } else { middle - x };
+                (usize::try_from(cell).ok().filter(|cell| *cell < count), distance.powi(2))
             };
-            let mut line: Vec<(usize, f64)> = images.map(square).collect();
+            let mut line: Vec<(Option<usize>, f64)> = images.map(square).collect();
             // From the nearest on: a Gaussian much narrower than a cell would be 0 in all.
             let least = line.iter().fold(f64::INFINITY, |least, (_, square)| least.min(*square));
             line.iter_mut().for_each(|(_, square)| *square -= least);
@@ -171,7 +175,9 @@ impl Grid {
                 for (i, x) in &lines[0] {
                     let weight = (-0.5 * (x + y + z) / (self.width * self.width)).exp();
                     sum += weight;
-                    share((k * self.cells[1] + j) * self.cells[0] + i, weight * scale);
+                    if let (Some(i), Some(j), Some(k)) = (i, j, k) {
+                        share((k * self.cells[1] + j) * self.cells[0] + i, weight * scale);
+                    }
                 }
             }
         }

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::contacts::Contact;
+use crate::contacts::{Contact, is_free};
 use crate::grain::Shape;
 use crate::grains::Grains;
+use crate::laws::walls::Wall;
 use crate::motion::Vec3;
 use crate::output::coarse_grain::{Cell, coarse_grain};
 use crate::output::partition::{Partition, Slabs};
@@ -21,8 +22,7 @@ pub struct Profile {
     pub width: f64,
     /// Area of the region across the axis, m² (m for discs).
     pub area: f64,
-    /// Length of that area's sides along which walls may stand, those across periodic axes left out, m (2 for
-    /// discs).
+    /// Length of that area's sides along which walls stand, m (for discs their number).
     pub perimeter: f64,
     /// Shape of the grains.
     pub shape: Shape,
@@ -55,16 +55,19 @@ impl Profile {
             period: spec.periods[axis].map(|(_, length)| length),
             shape: spec.shape,
         };
-        let walled: Vec<usize> = sides.iter().copied().filter(|c| spec.periods[*c].is_none()).collect();
-        let length = |c: &usize| sides.iter().filter(|other| *other != c).map(extent).product::<f64>();
-        let perimeter = 2.0 * walled.iter().map(length).sum::<f64>();
+        let walled: Vec<Side> =
+            sides.iter().flat_map(|&c| [Side::lower(asked, c), Side::upper(asked, c)]).collect();
+        let walled: Vec<Side> =
+            walled.into_iter().filter(|side| side.is_walled(spec, grains, &slabs)).collect();
+        let length = |side: &Side| sides.iter().filter(|c| **c != side.across).map(extent).product::<f64>();
+        let perimeter = walled.iter().map(length).sum();
         let inside = |x: &Vec3| sides.iter().all(|&c| (asked.lower[c]..=asked.upper[c]).contains(&x[c]));
         let area = slabs.area;
         let partition = Partition::Slabs(slabs);
         let cells = coarse_grain(grains, spec.shape, contacts, &partition, inside);
         let mut walls = vec![[0.0; 2]; asked.slabs];
         for contact in contacts.iter().filter(|contact| contact.held && inside(&contact.end)) {
-            let Some(push) = inward_part(contact, asked, axis, &walled) else { continue };
+            let Some(push) = inward_part(contact, axis, &walled) else { continue };
             partition.line(&contact.point, &contact.point, |slab, part| {
                 walls[slab][0] += push * part;
                 walls[slab][1] += contact.force[axis] * part;
@@ -120,22 +123,56 @@ impl Profile {
     }
 }
 
+/// A side of the region.
+struct Side {
+    /// Component across it.
+    across: usize,
+    /// Its place, m.
+    at: f64,
+    /// 1 or −1: where the region lies.
+    inward: f64,
+}
+
+impl Side {
+    fn lower(asked: &bedload_scene::Profile, across: usize) -> Self {
+        Self { across, at: asked.lower[across], inward: 1.0 }
+    }
+
+    fn upper(asked: &bedload_scene::Profile, across: usize) -> Self {
+        Self { across, at: asked.upper[across], inward: -1.0 }
+    }
+
+    /// Whether a wall stands along it: a plane a radius away at most, or held grains just outside it over
+    /// half of the slabs.
+    fn is_walled(&self, spec: &DemSpec, grains: &Grains, slabs: &Slabs) -> bool {
+        let radius = spec.largest_radius();
+        let along = |wall: &Wall| {
+            let normal = Vec3::from(wall.normal);
+            normal[self.across].abs() > 0.999 * normal.norm()
+        };
+        let near = |wall: &Wall| along(wall) && (wall.point[self.across] - self.at).abs() <= radius;
+        if spec.walls.iter().any(near) {
+            return true;
+        }
+        let mut beside = vec![false; slabs.count];
+        for i in (0..grains.len()).filter(|i| !is_free(grains, *i)) {
+            let (x, r) = (&grains.position[i], grains.radius[i]);
+            if (0.0..=2.0 * radius).contains(&(self.inward * (self.at - x[self.across]))) {
+                slabs.ball(x[slabs.axis], r, &mut |slab, _| beside[slab] = true);
+            }
+        }
+        2 * beside.iter().filter(|beside| **beside).count() >= slabs.count
+    }
+}
+
 /// Part of a boundary force along the inward normal of the nearest of the `walled` sides of the region, N;
 /// none of a contact that lies along the axis from the grain, at a floor or a lid.
-fn inward_part(
-    contact: &Contact,
-    asked: &bedload_scene::Profile,
-    axis: usize,
-    walled: &[usize],
-) -> Option<f64> {
+fn inward_part(contact: &Contact, axis: usize, walled: &[Side]) -> Option<f64> {
     let away = contact.point - contact.end;
-    if walled.iter().all(|c| away[*c].abs() <= away[axis].abs()) {
+    if walled.iter().all(|side| away[side.across].abs() <= away[axis].abs()) {
         return None;
     }
-    let faces = walled.iter().flat_map(|&c| {
-        let x = contact.point[c];
-        [((x - asked.lower[c]).abs(), c, 1.0), ((asked.upper[c] - x).abs(), c, -1.0)]
-    });
-    let nearest = faces.min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map(|(_, c, sign)| sign * contact.force[c])
+    let apart = |side: &&Side| (contact.point[side.across] - side.at).abs();
+    let nearest = walled.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    nearest.map(|side| side.inward * contact.force[side.across])
 }

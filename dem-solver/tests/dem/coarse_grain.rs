@@ -46,7 +46,8 @@ fn the_integral_of_the_contact_stress_is_the_virial_sum() {
             shape: Shape::Sphere,
         })
     };
-    let grid = Grid { lower: [-0.5; 3], spacing: [0.65; 3], cells: [10; 3], width: 0.5, periods: [None; 3] };
+    let (cells, beyond) = ([10; 3], [[0; 2]; 3]);
+    let grid = Grid { lower: [-0.5; 3], spacing: [0.65; 3], cells, beyond, width: 0.5, periods: [None; 3] };
     for partition in [slabs(0), slabs(1), slabs(2), Partition::Grid(grid)] {
         let cells = coarse_grain(&run.grains, Shape::Sphere, &contacts, &partition, |_| true);
         let stress: Matrix3<f64> = cells.iter().map(|cell| cell.contact * partition.volume()).sum();

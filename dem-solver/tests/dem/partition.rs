@@ -45,9 +45,39 @@ fn lines_are_cut_at_the_edges() {
     assert_eq!(level, 1.0);
 }
 
+/// Five cells along each edge of a box of 1 m.
+fn whole(width: f64, periods: [Option<f64>; 3]) -> Grid {
+    Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], beyond: [[0; 2]; 3], width, periods }
+}
+
+/// What lies beside a grid of a part of the box gives it what it gives to these cells of the whole.
+#[test]
+fn a_part_of_the_grid_is_that_of_the_whole() {
+    let periods = [Some(1.0), None, None];
+    let part = Grid {
+        lower: [0.4, 0.0, 0.2],
+        cells: [2, 5, 1],
+        beyond: [[2, 1], [0, 0], [1, 3]],
+        ..whole(0.15, periods)
+    };
+    for x in [0.05, 0.35, 0.5, 0.95] {
+        let shares = |grid: &Grid| {
+            let mut parts = vec![0.0; grid.cells.iter().product()];
+            let centre = Vec3::new(x, 0.45, 0.55);
+            Partition::Grid(grid.clone()).ball(&centre, 0.1, |cell, part| parts[cell] += part);
+            parts
+        };
+        let (all, few) = (shares(&whole(0.15, periods)), shares(&part));
+        for (cell, share) in few.iter().enumerate() {
+            let same = all[(5 + cell / 2) * 5 + 2 + cell % 2];
+            assert!((share - same).abs() < 1e-15, "x = {x}, cell {cell}: {share} and {same}");
+        }
+    }
+}
+
 #[test]
 fn the_grid_gives_everything_to_its_cells() {
-    let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 0.3, periods: [None; 3] };
+    let grid = whole(0.3, [None; 3]);
     let partition = Partition::Grid(grid);
     assert_eq!(partition.count(), 125);
     assert!((total(&partition, 0.9) - 1.0).abs() < 1e-14);
@@ -60,8 +90,7 @@ fn the_grid_gives_everything_to_its_cells() {
 /// goes round.
 #[test]
 fn the_grid_goes_round_a_period() {
-    let (spacing, periods) = ([0.2; 3], [Some(1.0), None, None]);
-    let partition = Partition::Grid(Grid { lower: [0.0; 3], spacing, cells: [5; 3], width: 0.2, periods });
+    let partition = Partition::Grid(whole(0.2, [Some(1.0), None, None]));
     let parts = |x: f64| {
         let mut parts = vec![0.0; 125];
         partition.ball(&Vec3::new(x, 0.5, 0.5), 0.1, |cell, part| parts[cell] += part);
@@ -78,7 +107,7 @@ fn the_grid_goes_round_a_period() {
 /// A Gaussian that is 0 at the middle of every cell lies in the nearest ones.
 #[test]
 fn a_narrow_gaussian_is_in_the_nearest_cell() {
-    let grid = Grid { lower: [0.0; 3], spacing: [0.2; 3], cells: [5; 3], width: 1e-3, periods: [None; 3] };
+    let grid = whole(1e-3, [None; 3]);
     let mut parts = Vec::new();
     Partition::Grid(grid).ball(&Vec3::new(0.95, 0.5, 0.45), 1e-3, |cell, part| parts.push((cell, part)));
     parts.retain(|(_, part)| *part != 0.0);

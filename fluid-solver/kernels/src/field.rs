@@ -110,23 +110,31 @@ pub fn for_each_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl Fn
 
 /// The same for the unknowns on the planes of this process.
 pub fn for_each_own_unknown<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
-    for_each_in(grid, own_unknowns(grid, d), visit);
+    for_each_in(grid, own(grid, grid.unknowns(d)), visit);
 }
 
-/// Visits the rows of unknowns of component `d` on the planes of this process, in memory order: the indices
-/// of the first one and the places of all.
+/// Visits every value of component `d`, with those on open faces.
+pub fn for_each_value<const D: usize>(grid: &Grid<D>, d: usize, visit: impl FnMut([usize; D], usize)) {
+    for_each_in(grid, grid.values(d), visit);
+}
+
+/// Visits the rows of values of component `d` on the planes of this process, with those on open faces, in
+/// memory order: the indices of the first one and the places of all.
 pub fn for_each_own_row<const D: usize>(
     grid: &Grid<D>,
     d: usize,
     visit: impl FnMut([usize; D], Range<usize>),
 ) {
-    for_each_row_in(grid, own_unknowns(grid, d), visit);
+    for_each_row_in(grid, own(grid, grid.values(d)), visit);
 }
 
-fn own_unknowns<const D: usize>(grid: &Grid<D>, d: usize) -> [Range<usize>; D] {
-    let (mut ranges, own) = (grid.unknowns(d), grid.division.own());
-    ranges[D - 1].start = ranges[D - 1].start.max(own.start);
-    ranges[D - 1].end = own.end;
+/// What of `ranges` lies on the planes of this process: the last has the face above, too.
+fn own<const D: usize>(grid: &Grid<D>, mut ranges: [Range<usize>; D]) -> [Range<usize>; D] {
+    let (own, range) = (grid.division.own(), &mut ranges[D - 1]);
+    range.start = range.start.max(own.start);
+    if own.end < grid.cells[D - 1] {
+        range.end = own.end;
+    }
     ranges
 }
 

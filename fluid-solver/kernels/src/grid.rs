@@ -208,6 +208,17 @@ impl<const D: usize> Grid<D> {
         })
     }
 
+    /// The same with those on faces through which fluid passes: all values that fill the volume.
+    pub fn values(&self, d: usize) -> [Range<usize>; D] {
+        let mut ranges = self.unknowns(d);
+        if let Some(range) = ranges.get_mut(d) {
+            let [lower, upper] = &self.boundaries[d];
+            range.start -= usize::from(lower.is_open());
+            range.end += usize::from(upper.is_open());
+        }
+        ranges
+    }
+
     /// Positions along `axis` of the values of component `d`, m; entry `i` belongs to index `i`.
     ///
     /// Faces (`n + 1` entries) along the component's own axis, else centres (`n`).

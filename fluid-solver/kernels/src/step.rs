@@ -145,6 +145,11 @@ impl<const D: usize> Stepper<D> {
         }
     }
 
+    /// Time over which the projection that was left to the caller acts, s: of the last stage.
+    pub fn projection_left(&self) -> f64 {
+        self.left.map_or(0.0, |update| update.duration)
+    }
+
     /// Makes the velocity divergence-free without touching the pressure (initial conditions).
     pub fn project_velocity(&mut self) {
         let State { open, velocity, .. } = &mut self.flow.state;

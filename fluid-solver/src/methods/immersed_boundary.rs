@@ -57,6 +57,11 @@ pub trait ImmersedBoundary<const D: usize>: Send {
         None
     }
 
+    /// Mean of p/ρ over the last window, m²/s², where that of its end is none of it.
+    fn mean_pressure(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// Values at points of the bodies that decide the next window, by component: the method's part of a
     /// checkpoint beside fields and grains.
     fn points(&self) -> Option<&[Vec<f64>; D]> {

@@ -8,6 +8,10 @@
 //! (5, 6) put Newton's law in for dU/dt, which a grain that is held or driven does not obey: the last line is
 //! what they come from. m_f: mass of the displaced fluid. The fluid takes its whole step with the motion
 //! known, so that the loads of a window meet the motion of its start: `explicit` order.
+//!
+//! f enters before the last projection, so that the pressure of the last stage answers the whole window's f:
+//! with three stages three times over. Its mean over the window takes that of the stage before for the
+//! others.
 
 use super::grains::Grains;
 use super::immersed_boundary::ImmersedBoundary;
@@ -34,13 +38,16 @@ pub struct Izard2014 {
     forces: Vec<Wrench>,
     /// Part of each that is beyond faces of the box, where it is held or driven.
     outside: Vec<f64>,
+    /// Mean of p/ρ over the window, m²/s².
+    pressure: Vec<f64>,
 }
 
 impl Izard2014 {
     /// For the grains of a scene in a fluid of density `density`, kg/m³.
     pub fn new(scene: &CheckedScene, density: f64) -> Self {
         let free = scene_grains::freedoms(scene);
-        Self { density, forces: vec![Wrench::default(); free.len()], outside: vec![0.0; free.len()], free }
+        let (forces, outside) = (vec![Wrench::default(); free.len()], vec![0.0; free.len()]);
+        Self { density, forces, outside, free, pressure: Vec::new() }
     }
 }
 
@@ -49,6 +56,8 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
 
     fn step(&mut self, fluid: &mut Stepper<D>, grains: &mut Grains<D>, dt: f64) {
         fluid.advance_without_projection(dt, None);
+        self.pressure.clone_from(&fluid.state().pressure);
+        let last = fluid.projection_left() / dt;
         let moving = grains.immersed.shapes().iter().zip(&grains.memory.motions);
         for ((outside, free), (shape, motion)) in self.outside.iter_mut().zip(&self.free).zip(moving) {
             *outside = if *free == [false; 6] { loads::outside(fluid.grid(), shape, motion) } else { 0.0 };
@@ -58,6 +67,9 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
         self.forces.copy_from_slice(immersed.forces((grid, model, &memory.motions), &state.velocity, None));
         immersed.impose_direct((grid, model, &memory.motions), &mut state.velocity);
         fluid.project();
+        for (mean, p) in self.pressure.iter_mut().zip(&fluid.state().pressure) {
+            *mean = (1.0 - last) * *mean + last * p;
+        }
     }
 
     fn measure(&mut self, _: &mut Stepper<D>, _: &mut Grains<D>, _: f64) {}
@@ -83,6 +95,10 @@ impl<const D: usize> ImmersedBoundary<D> for Izard2014 {
     fn impose(&mut self, _: &mut Stepper<D>, _: &mut Grains<D>, _: f64) {}
 
     fn resume(&mut self, _: &Stepper<D>, _: &mut Grains<D>) {}
+
+    fn mean_pressure(&self) -> Option<&[f64]> {
+        Some(&self.pressure).filter(|pressure| !pressure.is_empty()).map(Vec::as_slice)
+    }
 }
 
 /// The first free grain that is as dense as the fluid, for which the loads divide by zero.

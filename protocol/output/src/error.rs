@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use protocol::participant::SolverError;
+
 /// Why the output could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
@@ -56,6 +58,15 @@ pub enum OutputError {
     /// A file does not hold what it should.
     #[error("{}: {what}", path.display())]
     Content { path: PathBuf, what: String },
+}
+
+impl From<OutputError> for SolverError {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::File { path, source, .. } => Self::File { path: path.display().to_string(), source },
+            other => Self::Failed(other.to_string()),
+        }
+    }
 }
 
 impl OutputError {

@@ -77,8 +77,8 @@ pub struct Plane {
 /// All planes at one instant, or their mean.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
-    /// Its time, s; of a mean those of all its samples, ascending.
-    pub times: Vec<f64>,
+    /// Its time, s, and 1; of a mean the times of all its samples, ascending, with their parts of it.
+    pub times: Vec<(f64, f64)>,
     /// Lowest first.
     pub planes: Vec<Plane>,
 }
@@ -121,32 +121,35 @@ impl Planes {
                 _ => Err(format!("the line {:?} is not a number for each column", line(row))),
             }
         };
-        Ok(Self { times: vec![time], planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
+        Ok(Self { times: vec![(time, 1.0)], planes: table.rows.iter().map(plane).collect::<Result<_, _>>()? })
     }
 
     /// Time of the last sample, s.
     pub fn time(&self) -> f64 {
-        self.times.last().copied().unwrap_or(f64::NAN)
+        self.times.last().map_or(f64::NAN, |(time, _)| *time)
     }
 
-    /// Mean of samples of the same planes, each phase weighed with how much of it there is.
-    pub fn mean(samples: &[Self]) -> Option<Self> {
+    /// Mean over the time from `from`, s, to the last of `samples` of the same planes: each stands for the
+    /// time to which it is the nearest, and each phase is weighed with how much of it there is.
+    pub fn mean(samples: &[Self], from: f64) -> Option<Self> {
         let last = samples.last()?;
         let mut mean = last.clone();
-        mean.times = samples.iter().flat_map(|sample| sample.times.iter().copied()).collect();
+        mean.times = parts(samples, from);
         for (k, plane) in mean.planes.iter_mut().enumerate() {
-            let here: Vec<&Plane> = samples.iter().filter_map(|sample| sample.planes.get(k)).collect();
-            let over = |velocity: fn(&Plane) -> [f64; 3], weight: fn(&Plane) -> f64| {
-                let total: f64 = here.iter().map(|p| weight(p)).sum();
+            let here = samples.iter().zip(&mean.times);
+            let here: Vec<(f64, &Plane)> =
+                here.filter_map(|(sample, (_, part))| Some((*part, sample.planes.get(k)?))).collect();
+            let over = |velocity: fn(&Plane) -> [f64; 3], share: fn(&Plane) -> f64| {
+                let total: f64 = here.iter().map(|(part, p)| part * share(p)).sum();
                 std::array::from_fn(|c| {
-                    let sum: f64 = here.iter().map(|p| weight(p) * velocity(p)[c]).sum();
+                    let sum: f64 = here.iter().map(|(part, p)| part * share(p) * velocity(p)[c]).sum();
                     if total > 0.0 { sum / total } else { 0.0 }
                 })
             };
             plane.fluid_velocity = over(|p| p.fluid_velocity, |p| 1.0 - p.solid_fraction);
             plane.grain_velocity = over(|p| p.grain_velocity, |p| p.solid_fraction);
             plane.stresses = mean_stresses(&here, plane.grain_velocity);
-            plane.solid_fraction = here.iter().map(|p| p.solid_fraction).sum::<f64>() / here.len() as f64;
+            plane.solid_fraction = here.iter().map(|(part, p)| part * p.solid_fraction).sum();
         }
         Some(mean)
     }
@@ -182,20 +185,35 @@ impl Planes {
     }
 }
 
-/// Mean of the stresses of samples of one plane. The granular temperature is that about the mean velocity of
-/// the grains over all samples, `mean`.
-fn mean_stresses(samples: &[&Plane], mean: [f64; 3]) -> Option<Stresses> {
-    let all: Vec<(&Plane, Stresses)> = samples.iter().filter_map(|p| Some((*p, p.stresses?))).collect();
-    let (count, solid) = (all.len() as f64, all.iter().map(|(p, _)| p.solid_fraction).sum::<f64>());
-    let axes = if samples.iter().all(|p| p.fluid_velocity[1] == 0.0) { 2.0 } else { 3.0 };
+/// Times of `samples` with the part of the time from `from`, s, to the last to which each is the nearest.
+fn parts(samples: &[Planes], from: f64) -> Vec<(f64, f64)> {
+    let times: Vec<f64> = samples.iter().map(Planes::time).collect();
+    let middles = times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let edges: Vec<f64> = std::iter::once(from).chain(middles).chain(times.last().copied()).collect();
+    let whole = edges[times.len()] - from;
+    let part = |k: usize| match whole > 0.0 {
+        true => (edges[k + 1] - edges[k].max(from)).max(0.0) / whole,
+        false => 1.0 / times.len() as f64,
+    };
+    times.iter().enumerate().map(|(k, time)| (*time, part(k))).collect()
+}
+
+/// Mean of the stresses of one plane at samples, with their parts of it. The granular temperature is that
+/// about the mean velocity of the grains over all samples, `mean`.
+fn mean_stresses(samples: &[(f64, &Plane)], mean: [f64; 3]) -> Option<Stresses> {
+    let all: Vec<(f64, &Plane, Stresses)> =
+        samples.iter().filter_map(|(part, p)| Some((*part, *p, p.stresses?))).collect();
+    let axes = if samples.iter().all(|(_, p)| p.fluid_velocity[1] == 0.0) { 2.0 } else { 3.0 };
     let about = |p: &Plane| (0..3).map(|c| (p.grain_velocity[c] - mean[c]).powi(2)).sum::<f64>() / axes;
-    let fluctuation = all.iter().map(|(p, s)| p.solid_fraction * (s.temperature + about(p))).sum::<f64>();
-    (count > 0.0).then(|| Stresses {
-        pressure: all.iter().map(|(_, s)| s.pressure).sum::<f64>() / count,
+    let over = |of: &dyn Fn(&Plane, &Stresses) -> f64| -> f64 {
+        all.iter().map(|(part, p, stresses)| part * of(p, stresses)).sum()
+    };
+    let solid = over(&|p, _| p.solid_fraction);
+    let fluctuation = over(&|p, s| p.solid_fraction * (s.temperature + about(p)));
+    (!all.is_empty()).then(|| Stresses {
+        pressure: over(&|_, s| s.pressure),
         temperature: if solid > 0.0 { fluctuation / solid } else { 0.0 },
-        parts: std::array::from_fn(|part| {
-            std::array::from_fn(|c| all.iter().map(|(_, s)| s.parts[part][c]).sum::<f64>() / count)
-        }),
+        parts: std::array::from_fn(|part| std::array::from_fn(|c| over(&|_, s| s.parts[part][c]))),
     })
 }
 
@@ -251,7 +269,7 @@ impl Record {
         samples.sort_by(|a, b| a.time().total_cmp(&b.time()));
         let counts = |sample: &&Planes| asked.counts(sample.time());
         let inside: Vec<Planes> = samples.iter().filter(counts).cloned().collect();
-        Ok(Self { mean: Planes::mean(&inside), samples })
+        Ok(Self { mean: Planes::mean(&inside, asked.from), samples })
     }
 
     pub(super) fn table(&self) -> Option<String> {
@@ -284,7 +302,7 @@ mod tests {
                 stresses: None,
             }
         };
-        Planes { times: vec![time], planes: (0..8).map(plane).collect() }
+        Planes { times: vec![(time, 1.0)], planes: (0..8).map(plane).collect() }
     }
 
     #[test]
@@ -314,19 +332,35 @@ mod tests {
         assert_eq!(Planes::parse(&planes.to_string()), Ok(planes.clone()));
         let cut = planes.to_string().replace(",lubrication_stress_z", "");
         assert!(Planes::parse(&cut).unwrap_err().contains("other columns"));
-        let mean = Planes::mean(&[with(1.0, 0.1), with(2.0, 0.3)]).unwrap();
+        let mean = Planes::mean(&[with(1.0, 0.1), with(2.0, 0.3)], 1.0).unwrap();
         let [low, high] = [0, 7].map(|k: usize| mean.planes[k].stresses.unwrap());
         assert!((low.temperature - (0.5 + 0.01 / 2.0)).abs() < 1e-15, "{low:?}");
         assert_eq!((high.temperature, high.pressure, high.parts[4]), (0.0, 4.5, [11.0, 0.0, 16.5]));
     }
 
+    /// A speed of 1 + 2 t over 0.5 to 4, whose samples lie close where it is fast; and a whole period of four
+    /// samples with both its ends.
+    #[test]
+    fn the_mean_is_over_time_however_the_samples_lie() {
+        let mean = |times: &[f64], from: f64, speed: &dyn Fn(f64) -> f64| {
+            let samples: Vec<Planes> = times.iter().map(|t| sample(*t, speed(*t))).collect();
+            Planes::mean(&samples, from).unwrap().planes[0].grain_velocity[0]
+        };
+        let linear = |t: f64| 1.0 + 2.0 * t;
+        assert!((mean(&[0.5, 2.0, 3.0, 3.5, 3.75, 4.0], 0.5, &linear) - 5.5).abs() < 1e-14);
+        assert!((mean(&[1.0, 2.0, 3.0, 4.0], 0.5, &|_| 7.0) - 7.0).abs() < 1e-14);
+        let wave = |t: f64| 2.0 + (0.5 * std::f64::consts::PI * t).cos();
+        assert!((mean(&[4.0, 5.0, 6.0, 7.0, 8.0], 4.0, &wave) - 2.0).abs() < 1e-14);
+        assert_eq!(mean(&[4.0], 4.0, &linear), 9.0);
+    }
+
     #[test]
     fn phases_are_weighed_with_how_much_of_them_there_is() {
-        let mean = Planes::mean(&[sample(1.0, 0.1), sample(2.0, 0.3)]).unwrap();
+        let mean = Planes::mean(&[sample(1.0, 0.1), sample(2.0, 0.3)], 1.0).unwrap();
         assert!((mean.mean_velocity(1, 0, false) - 0.2).abs() < 1e-15);
         // fluid: half of z < 2 at a mean speed of 3, all of 2 < z < 4 at 9
         assert!((mean.mean_velocity(0, 0, false) - (1.0 * 3.0 + 2.0 * 9.0) / 3.0).abs() < 1e-14);
-        assert_eq!(Planes::mean(&[]), None);
+        assert_eq!(Planes::mean(&[], 0.0), None);
         // Poiseuille's flow in a tube, across the radius: twice the mean in the middle.
         let ring = |k: u32| {
             let at = (f64::from(k) + 0.5) / 400.0;
@@ -337,7 +371,7 @@ mod tests {
                 ..Plane::default()
             }
         };
-        let tube = Planes { times: vec![0.0], planes: (0..400).map(ring).collect() };
+        let tube = Planes { times: vec![(0.0, 1.0)], planes: (0..400).map(ring).collect() };
         assert!((tube.mean_velocity(0, 2, true) - 1.0).abs() < 1e-5);
     }
 

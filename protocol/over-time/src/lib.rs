@@ -261,7 +261,9 @@ impl<T: Quantity> OverTime<T> {
                     if from - t >= longest {
                         break;
                     }
-                    longest = longest.min((largest / (STEPS * slope)).max(from - t));
+                    if slope > 0.0 {
+                        longest = longest.min((largest / (STEPS * slope)).max(from - t));
+                    }
                 }
                 longest
             }

@@ -88,6 +88,17 @@ fn steps_resolve_a_jump() {
     assert!((15..=18).contains(&within) && steps < 50, "{within} of {steps}");
 }
 
+/// What never changes, or by less than squares can tell, asks for no step.
+#[test]
+fn a_table_of_zeros_takes_any_step() {
+    for last in [0.0, 1e-300] {
+        let table = OverTime::table(vec![(0.0, [0.0; 3]), (1.0, [0.0; 3]), (2.0, [0.0, last, 0.0])]);
+        assert_eq!(table.longest_step(0.5), f64::INFINITY);
+    }
+    let later = OverTime::table(vec![(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)]);
+    assert_eq!(later.longest_step(0.25), 0.75);
+}
+
 #[test]
 fn every_form_is_read_and_written() {
     #[derive(serde::Deserialize, serde::Serialize)]

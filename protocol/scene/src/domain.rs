@@ -373,6 +373,20 @@ impl Domain {
         (0..self.dimensions()).all(|axis| self.is_periodic(axis) || !self.is_beyond(axis, position))
     }
 
+    /// Lower and upper corner (x, y, z) of the box, m: y is 0 to 1 in the plane; the square about a tube.
+    pub fn corners(&self) -> [[f64; 3]; 2] {
+        let mut corners = [[0.0; 3], [1.0; 3]];
+        for axis in 0..self.dimensions() {
+            let c = self.geometry.component(axis);
+            (corners[0][c], corners[1][c]) = (self.lower[axis], self.upper[axis]);
+        }
+        if self.geometry == Geometry::Axisymmetric {
+            let radius = corners[1][0];
+            (0..2).for_each(|c| (corners[0][c], corners[1][c]) = (-radius, radius));
+        }
+        corners
+    }
+
     /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and
     /// where there is no axis.
     pub fn limits(&self) -> [[f64; 2]; 3] {

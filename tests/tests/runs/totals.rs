@@ -229,6 +229,33 @@ fn walls_bear_what_points_beside_them_give_to_the_image() {
     assert!((sum - 0.4 * 4.0 * 1.5).abs() < 2e-3, "{sum}");
 }
 
+/// Discs of both methods off the middle of a channel: walls, disc and drive balance across, too.
+#[test]
+fn pressure_on_walls_is_that_of_the_whole_window() {
+    let folder = Folder::new("totals-lift");
+    for method in ["izard-2014", "calibrated"] {
+        let text = format!(
+            "until = 3.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [3.0, 2.0]\n\
+             cells = [48, 32]\nboundary = {{ x = \"periodic\", z = \"no-slip\" }}\n[medium]\n\
+             density = 1.0\nviscosity = 0.2\nbody_force = [2.0, 0.0, 0.0]\n[[grains]]\n\
+             position = [1.03, 0.0, 1.2]\nradius = 0.5\ndensity = 2.0\nmotion = \"fixed\"\n[fluid]\n\
+             method = \"{method}\"\n[fluid.time]\ndt = 0.005\n[observe]\n\
+             totals = {{ columns = [\"wall-force\"] }}\n"
+        );
+        let (scene, out) = (folder.write(&format!("{method}.toml"), &text), folder.join(method));
+        run(&["run", path(&scene), "--out", path(&out), "--no-record"]);
+        let series = Series::read(&out.join("series.csv")).expect("a series");
+        let last =
+            |name: &str| *series.column(name).unwrap_or_else(|| panic!("{name}")).last().expect("rows");
+        let lift = last("hydrodynamic_force_z[0]");
+        let walls = last("wall_force_z_lower_z") + last("wall_force_z_upper_z");
+        assert!(
+            lift.abs() > 0.02 && (lift + walls).abs() < 0.02 * lift.abs(),
+            "{method}: {lift} and {walls}"
+        );
+    }
+}
+
 /// The force on a sphere that swings in windows far shorter than viscosity needs for a cell follows its
 /// acceleration from window to window.
 #[test]
@@ -247,4 +274,53 @@ fn the_force_on_a_swinging_sphere_has_no_jumps() {
     let jump = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
     // ω dt is 0.016.
     assert!(jump < 0.03 * amplitude, "{jump} of {amplitude}");
+}
+
+/// Laminar flow that enters and leaves: each wall has 6 μ U L/h, and the stress on every plane is that of the
+/// velocities of the planes beside it.
+#[test]
+fn open_faces_have_their_part_of_walls_and_planes() {
+    let folder = Folder::new("totals-open");
+    let text = "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [2.0, 1.0]\n\
+        cells = [16, 16]\n[domain.boundary]\nx_lower = { type = \"inflow\", velocity = [1.0, 0.0, 0.0], \
+        profile = \"parabolic\" }\nx_upper = \"outflow\"\nz = \"no-slip\"\n[medium]\ndensity = 1.0\n\
+        viscosity = 1.0\n[observe]\ntotals = { columns = [\"wall-force\"] }\n\
+        planes = { every = 1.0, stress = true }\n";
+    let (scene, out) = (folder.write("open.toml", text), folder.join("out"));
+    run(&["run", path(&scene), "--out", path(&out), "--no-record"]);
+    let series = Series::read(&out.join("series.csv")).expect("a series");
+    for name in ["wall_force_z_lower_x", "wall_force_z_upper_x"] {
+        let force = *series.column(name).expect(name).last().expect("rows");
+        // 16 cells: the parabola between the wall and half a cell off it, 1 − 1/32 and a half of that again.
+        assert!((force / 12.0 - 1.0).abs() < 0.02, "{name}: {force}");
+    }
+    let planes = Planes::parse(&std::fs::read_to_string(out.join("planes.csv")).expect("planes"));
+    let planes = planes.expect("planes").planes;
+    for three in planes.windows(3) {
+        let slope = (three[2].fluid_velocity[0] - three[0].fluid_velocity[0]) / (2.0 / 16.0);
+        let stress = three[1].stresses.expect("stresses").parts[0][0];
+        assert!((stress - slope).abs() < 1e-3 * 6.0, "{stress} for {slope}");
+    }
+}
+
+/// What is asked of grains, or of an exchange, and cannot come is told.
+#[test]
+fn what_a_solver_alone_does_not_do_is_told() {
+    let folder = Folder::new("totals-alone");
+    let fluid = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
+        cells = [16, 16]\nboundary = { x = \"periodic\", z = \"no-slip\" }\n[medium]\ndensity = 1.0\n\
+        viscosity = 1.0\n[coupling]\nscheme = \"iterated\"\n[observe]\ntotals = { columns = \
+        [\"fluid-flux\", \"coordination-number\"] }\n";
+    let dry = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
+        boundary = { x = \"periodic\", z = \"no-slip\" }\n[[grains]]\nposition = [0.5, 0.0, 0.5]\n\
+        radius = 0.1\ndensity = 1.0\n[fluid.time]\ncfl = 0.4\n[dem.contact]\nlaw = \
+        \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1e-3\n";
+    for (name, text, told) in [
+        ("fluid", fluid, &["coordination-number\": nothing comes of it", "coupling.scheme: no effect"][..]),
+        ("dry", dry, &["fluid.time: no effect, as there is no [medium]"]),
+    ] {
+        let output = bedload(&["check", path(&folder.write(&format!("{name}.toml"), text))]);
+        let words = said(&output);
+        assert!(told.iter().all(|told| words.contains(told)) && !words.contains("fluid-flux"), "{words}");
+    }
 }

@@ -1,14 +1,14 @@
 //! `bedload log` on small logs.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use bedload_output::Claim;
+use bedload_output::{Claim, OutputError};
 use coupler::failure::Failure;
 use coupler::log_command::{CatOptions, LogCommandError, cat, info, parse_steps, repair, thin};
 use protocol::log::{LogError, Manifest, Recorder};
 use protocol::message::{Command, Header, Kinematics, Loads, Order, State, Status};
-use protocol::participant::Role;
+use protocol::participant::{Role, SolverError};
 use serde_json::json;
 
 fn log(name: &str) -> PathBuf {
@@ -104,6 +104,9 @@ fn a_full_disk_is_no_room() {
     let error = LogError::File { file: String::new(), action: "write", source };
     assert_eq!(Failure::from(LogCommandError::from(error)).exit_code(), 5);
     std::fs::remove_file(path).unwrap();
+    // A list or table that a solver writes.
+    let error = OutputError::file("write", Path::new("grains.pvd"))(std::io::ErrorKind::StorageFull.into());
+    assert_eq!(Failure::from(SolverError::from(error)).exit_code(), 5);
 }
 
 /// A terminal or pipe whose other end is a full disk.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,8 +65,7 @@ class Log:
         except ImportError as error:
             raise ImportError(f"{error}; remedy: pip install 'bedload[mcap]'") from error
         self.paths = paths
-        with open(paths[0], "rb") as stream:
-            reader = mcap.reader.make_reader(stream)
+        with _opened(paths[0]) as reader:
             #: What stands at the beginning, text by key: `version`, `layout`, `grains`, `radii`, …
             self.manifest: dict[str, str] = {m.name: m.metadata for m in reader.iter_metadata()}["bedload"]
             #: The resolved scene (TOML).
@@ -103,12 +104,10 @@ class Log:
 
     def _known(self) -> set[str]:
         """Topics that the log has, as far as its files are whole; else those that have messages."""
-        import mcap.reader
-
         known: set[str] = set()
         for path in self.paths:
-            with open(path, "rb") as stream:
-                summary = mcap.reader.make_reader(stream).get_summary()
+            with _opened(path) as reader:
+                summary = reader.get_summary()
             if summary is None:
                 return set(self.topics)
             known |= {_short(channel.topic) for channel in summary.channels.values()}
@@ -120,11 +119,24 @@ class Log:
 
     @staticmethod
     def _of(path: Path, topics: tuple[str, ...]) -> Iterator[Any]:
-        import mcap.reader
-
         names = [name if "/" in name else f"bedload/{name}" for name in topics] or None
-        with open(path, "rb") as stream:
-            yield from mcap.reader.make_reader(stream).iter_messages(topics=names, log_time_order=False)
+        with _opened(path) as reader:
+            yield from reader.iter_messages(topics=names, log_time_order=False)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A reader of a log; one that breaks off is an error of ours."""
+    import mcap.reader
+    from mcap.exceptions import McapError
+
+    with open(path, "rb") as stream:
+        try:
+            yield mcap.reader.make_reader(stream)
+        except (McapError, OSError, KeyError, struct.error) as error:
+            what = f"{path}: the log breaks off or is damaged ({type(error).__name__}: {error})"
+            remedy = "wait until the run has ended, or keep what is left: bedload log repair LOG OUT"
+            raise BedloadError(6, f"{what}; remedy: {remedy}") from error
 
 
 def _short(topic: str) -> str:

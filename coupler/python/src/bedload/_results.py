@@ -34,7 +34,7 @@ def columns(path: Path) -> dict[str, NDArray[Any]]:
     last line that a run has not ended yet is left out."""
     text = path.read_text(encoding="utf-8")
     lines = text.split("\n")[:-1]
-    head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    head, *rows = list(csv.reader(line for line in lines if not line.startswith("#"))) or [[]]
     if any(len(row) != len(head) for row in rows):
         raise BedloadError(2, f"{path}: a row has not as many values as the header; remedy: run again")
     table = {}

@@ -7,12 +7,13 @@ import json
 import os
 import re
 import sys
-import tempfile
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Union
+
+from ._program import BedloadError
 
 if sys.version_info >= (3, 11):
     import tomllib as toml
@@ -89,7 +90,10 @@ def file_of(scene: Scene, named: bool = False) -> Iterator[Path]:
     assert isinstance(scene, Mapping)
     text = document(scene).encode()
     name = hashlib.sha256(text).hexdigest() if named else uuid.uuid4().hex
-    path = Path("." if os.access(".", os.W_OK) else tempfile.gettempdir(), f".scene-{name[:12]}.toml")
+    if not os.access(".", os.W_OK):
+        what = f"{Path.cwd()}: cannot write here, where the file of a scene that is a dictionary must lie"
+        raise BedloadError(2, f"{what}; remedy: go to a folder where you may write, or give a file")
+    path = Path(f".scene-{name[:12]}.toml")
     path.write_bytes(text)
     try:
         yield path

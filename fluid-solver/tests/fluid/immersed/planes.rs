@@ -172,7 +172,7 @@ fn the_sum_of_the_stresses_balances_momentum_on_every_plane() {
     samples.retain(|sample| sample.time() > 4.99);
     samples.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let (first, last) = (&samples[0], &samples[samples.len() - 1]);
-    let mean = Planes::mean(&samples[1..]).expect("a mean");
+    let mean = Planes::mean(&samples, first.time()).expect("a mean");
     let gained = momentum_below(last).into_iter().zip(momentum_below(first));
     let rate = gained.map(|(now, before)| (now - before) / (last.time() - first.time()));
     let balanced: Vec<f64> = shear(&mean).iter().zip(rate).map(|(sum, rate)| sum - rate).collect();

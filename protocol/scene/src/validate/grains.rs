@@ -86,6 +86,7 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
     missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
     missing::of_spin(&grain.spin, geometry, &key("spin"), source)?;
     held(scene, index, grain, source)?;
+    led(scene, index, grain, source)?;
     clear_of_faces(scene, index, grain, source)?;
     inside(scene, index, grain, source)?;
     resolved(scene, index, grain, source)
@@ -114,6 +115,34 @@ fn held(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Che
             format_args!("is {start:?}, but grain {index} is fixed or locked there"),
             "leave it out, or write motion = \"prescribed\" for a grain that moves as it says",
         )?;
+    }
+    Ok(())
+}
+
+/// Times of a run at which the place of a driven grain is looked at.
+const INSTANTS: u32 = 256;
+
+/// What is driven through a fluid does not pass a face that grains touch.
+fn led(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Check {
+    if grain.motion != Motion::Prescribed || grain.velocity.is_zero() || scene.medium.is_none() {
+        return Ok(());
+    }
+    let (limits, open) = (scene.domain.limits(), scene.domain.open_limits());
+    for t in (1..=INSTANTS).map(|k| scene.until * f64::from(k) / f64::from(INSTANTS)) {
+        let way = grain.velocity.integral(t);
+        for c in 0..3 {
+            let x = grain.position[c] + way[c];
+            let [below, above] = [limits[c][0] - grain.radius - x, x - limits[c][1] - grain.radius];
+            if (below > 0.0 && open[c][0].is_infinite()) || (above > 0.0 && open[c][1].is_infinite()) {
+                let name = ["x", "y", "z"][c];
+                let message = format!(
+                    "drives grain {index} through a wall: at t = {t} s it is at {name} = {x}, a radius outside \
+                     the box"
+                );
+                let remedy = "let it turn back or stop, or end the run before";
+                return Err(source.error(&grain_key(scene, index, "velocity"), message, remedy));
+            }
+        }
     }
     Ok(())
 }
@@ -295,6 +324,7 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
     };
     let longest = (0..3).max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(2);
     places.sort_by(|a, b| a.0[longest].total_cmp(&b.0[longest]));
+    let mut twins = Vec::new();
     for (number, (here, i)) in places.iter().enumerate() {
         for (there, j) in &places[number + 1..] {
             let (a, b) = (&grains[*i], &grains[*j]);
@@ -307,6 +337,9 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
                 overlap = penetration(a, b, [there[0] - here[0], there[2] - here[2]]);
             }
             let both_held = a.motion != Motion::Free && b.motion != Motion::Free;
+            if both_held && i != j && distance2.sqrt() + (a.radius - b.radius).abs() <= 1e-9 * a.radius {
+                twins.push((*i.min(j), *i.max(j)));
+            }
             let (most, words) = deepest(scene, half[*i].min(half[*j]), widest);
             if i != j && overlap > most && !both_held {
                 let (first, second) = (*i.min(j), *i.max(j));
@@ -319,7 +352,20 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
             }
         }
     }
-    Ok(())
+    doubled(scene, grains, &twins, source)
+}
+
+/// What is held twice, as a floor that a table of grains holds already: `twins` are pairs of held grains at
+/// one place. Where rough walls meet, some may be.
+fn doubled(scene: &Scene, grains: &[Grain], twins: &[(usize, usize)], source: &SceneSource) -> Check {
+    let held = grains.iter().filter(|grain| grain.motion != Motion::Free).count();
+    let Some((first, second)) = twins.first().filter(|_| 4 * twins.len() >= held) else { return Ok(()) };
+    let message = format!(
+        "{} of {held} held grains stand where another does, as {first} and {second}",
+        2 * twins.len()
+    );
+    let remedy = "name each once: a table that a run left holds its held grains, too, as fixed";
+    Err(source.error(&grain_key(scene, *second, "position"), message, remedy))
 }
 
 /// Directions in which smooth bodies are looked at.
