@@ -1,7 +1,8 @@
 //! What a scene costs or does, where it breaks no bound but is hardly meant so.
 
 use bedload_scene::{
-    CheckedScene, Grain, Motion, ObservedPlanes, OverTime, Shape, Total, Wall, WallKind, changing,
+    CheckedScene, Face, Grain, InitialVelocity, Motion, ObservedPlanes, OverTime, Shape, Total, Wall,
+    WallKind, changing,
 };
 use protocol::facts::DemFacts;
 use protocol::scheme::{Iterations, Scheme};
@@ -52,6 +53,7 @@ pub(crate) fn of(facts: &Facts<'_>, cost: f64, windows: f64) -> Vec<String> {
         leaving(facts.scene),
         no_film(facts.scene),
         late(facts.scene),
+        through_walls(facts.scene),
         without_grains(facts),
         without_peer(facts),
         log_clock(facts),
@@ -80,6 +82,7 @@ fn late(scene: &CheckedScene) -> Option<String> {
     let times = times.chain(planes.flat_map(|planes| planes.at.iter().map(|at| ("observe.planes.at", *at))));
     let times = times.chain(substeps.map(|substeps| ("observe.substeps.from", substeps.from)));
     let times = times.chain(scene.walls.iter().map(|wall| ("walls.from", wall.from)));
+    let times = times.chain(scene.insertions.iter().map(|insertion| ("insertions.start", insertion.start)));
     let times = times.chain(scene.stop_when.iter().map(|stop| ("stop_when.after", stop.after)));
     let late = times.filter(|(_, time)| *time > until * (1.0 + 1e-9));
     let late: Vec<String> = late.map(|(key, time)| format!("{key}: {} s", Short(time))).collect();
@@ -88,6 +91,30 @@ fn late(scene: &CheckedScene) -> Option<String> {
             "{} is after the end of the run, until = {} s: nothing comes of it; raise until, or take it out",
             late.join(", "),
             Short(until)
+        )
+    })
+}
+
+/// A flow at the start that goes through faces which let none pass.
+fn through_walls(scene: &CheckedScene) -> Option<String> {
+    let domain = &scene.scene.domain;
+    let along = match &scene.scene.medium.as_ref()?.initial {
+        InitialVelocity::Uniform { velocity } => *velocity,
+        InitialVelocity::Shear { direction, rate, .. } => {
+            std::array::from_fn(|c| if c == direction.component() { *rate } else { 0.0 })
+        }
+        _ => return None,
+    };
+    let closed = |face: &Face| matches!(face.kind, WallKind::NoSlip | WallKind::FreeSlip);
+    let axes = (0..domain.dimensions()).filter(|axis| along[domain.geometry.component(*axis)] != 0.0);
+    let mut axes = axes.filter(|axis| {
+        domain.boundary(*axis).is_some_and(|faces| faces.lower.iter().chain([&faces.upper]).any(closed))
+    });
+    axes.next().map(|axis| {
+        format!(
+            "medium.initial: the flow along {} does not pass the faces there: the first window takes out what \
+             would; leave that component at 0, or change the faces",
+            domain.geometry.axes()[axis].name()
         )
     })
 }

@@ -89,7 +89,8 @@ impl Plan {
             ViscosityKey::Auto => Viscous::Implicit,
         };
         let changes = changes(scene);
-        let swings = changes.iter().filter(|change| matches!(change.value, OverTime::Sine(_)));
+        let swings =
+            changes.iter().filter(|change| matches!(change, Change::Value { value: OverTime::Sine(_), .. }));
         let mut ceiling = shortest(swings, 0.0, 0.0).min(force).min(scene.scene.until);
         if viscous == Viscous::Explicit {
             if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
@@ -101,11 +102,9 @@ impl Plan {
             }
             ceiling = ceiling.min(explicit);
         }
-        let smallest =
-            scene.grains.iter().map(|grain| grain.radius).reduce(f64::min).unwrap_or(WALL * spacing);
         let expected = level(by_speed.min(ceiling));
-        let first =
-            level(expected.min(LAYER * smallest * smallest / nu).min(shortest(&changes, 0.0, expected)));
+        let from_rest = from_rest(scene, nu).unwrap_or(LAYER * (WALL * spacing).powi(2) / nu);
+        let first = level(expected.min(from_rest).min(shortest(&changes, 0.0, expected)));
         let mut plan = Self {
             fixed: time.dt,
             cfl: time.cfl,
@@ -160,11 +159,40 @@ impl Plan {
     }
 }
 
-/// A value that the scene changes over time.
-pub(crate) struct Change {
-    value: OverTime<[f64; 3]>,
-    /// Part of the expected step to which it may shorten it.
-    least: f64,
+/// What the scene changes over time.
+pub(crate) enum Change {
+    /// A value.
+    Value {
+        value: OverTime<[f64; 3]>,
+        /// Part of the expected step to which it may shorten it.
+        least: f64,
+    },
+    /// A wall that vanishes and lets grains go.
+    Gate {
+        /// When, s.
+        at: f64,
+        /// First step of a start from rest, s.
+        first: f64,
+    },
+}
+
+impl Change {
+    /// The longest step from `time` on, s, that resolves it, where `expected`, s, is expected. After a gate
+    /// it follows the time since then, as after the start of a run.
+    fn longest_step(&self, time: f64, expected: f64) -> f64 {
+        match self {
+            Self::Value { value, least } => value.longest_step(time).max(least * expected),
+            Self::Gate { at, first } if time < *at - 0.5 * first => (at - time).max(*first),
+            Self::Gate { at, first } => first + OF_AGE * (time - at).max(0.0),
+        }
+    }
+}
+
+/// Longest first step of grains that are let go in a fluid of kinematic viscosity `nu`, m²/s, s; none without
+/// a grain.
+fn from_rest(scene: &CheckedScene, nu: f64) -> Option<f64> {
+    let smallest = scene.grains.iter().map(|grain| grain.radius).reduce(f64::min)?;
+    Some(LAYER * smallest * smallest / nu)
 }
 
 /// What the scene changes over time: walls, drives, grains, a flow rate.
@@ -174,15 +202,21 @@ pub(crate) fn changes(scene: &CheckedScene) -> Vec<Change> {
     let change = |Changing { key, value, .. }: Changing| {
         let moves = key.starts_with("grains[") && key.ends_with(".velocity");
         let is_felt = spheres && matches!(value, OverTime::Table(_));
-        Change { value, least: if is_felt { OF_TABLES[usize::from(!moves)] } else { 0.0 } }
+        Change::Value { value, least: if is_felt { OF_TABLES[usize::from(!moves)] } else { 0.0 } }
     };
-    changing(scene).into_iter().map(change).collect()
+    let free = scene.grains.iter().any(|grain| grain.motion == bedload_scene::Motion::Free);
+    let medium = scene.scene.medium.as_ref().filter(|_| free);
+    let first = medium.and_then(|medium| from_rest(scene, medium.kinematic_viscosity()));
+    let gates = first.into_iter().flat_map(|first| {
+        let ends = scene.scene.walls.iter().map(|wall| wall.until).filter(|at| at.is_finite());
+        ends.map(move |at| Change::Gate { at, first })
+    });
+    changing(scene).into_iter().map(change).chain(gates).collect()
 }
 
 /// The longest step from `time` on, s, that resolves all of them, where `expected`, s, is expected.
 fn shortest<'a>(changes: impl IntoIterator<Item = &'a Change>, time: f64, expected: f64) -> f64 {
-    let step = |change: &Change| change.value.longest_step(time).max(change.least * expected);
-    changes.into_iter().map(step).fold(f64::INFINITY, f64::min)
+    changes.into_iter().map(|change| change.longest_step(time, expected)).fold(f64::INFINITY, f64::min)
 }
 
 /// The largest 2^k (1 + j/[`LEVELS`]), 0 ≤ j < `LEVELS`, that is not above `dt`: with few digits, so that

@@ -8,6 +8,9 @@ use crate::number::AXES;
 /// Most grains that are measured one by one.
 const ONE_BY_ONE: usize = 2;
 
+/// Largest |ρ_p/ρ − 1| of a grain that goes with the fluid.
+const NEUTRAL: f64 = 0.01;
+
 /// Most held grains whose force is measured: those that have columns by default.
 const HELD: usize = 16;
 
@@ -26,6 +29,9 @@ pub(super) fn metrics(scene: &CheckedScene) -> Option<String> {
         grains.filter(move |(_, grain)| motion(&grain.motion)).map(|(place, _)| place)
     };
     let free: Vec<usize> = of(|motion| *motion == Motion::Free).collect();
+    // What is as heavy as the fluid hardly settles: its speed would be compared with nothing.
+    let density = scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
+    let settles = |place: &usize| (scene.grains[*place].density / density - 1.0).abs() > NEUTRAL;
     let mut list = Vec::new();
     if free.is_empty() {
         let axis = AXES[direction(scene)?];
@@ -33,7 +39,7 @@ pub(super) fn metrics(scene: &CheckedScene) -> Option<String> {
             format!("{{name=\"force-{place}\",kind=\"final\",column=\"hydrodynamic_force_{axis}[{place}]\"}}")
         };
         list.extend(of(|motion| *motion != Motion::Free).filter(|place| *place < HELD).map(force));
-    } else if free.len() <= ONE_BY_ONE && !scene.scene.gravity.is_zero() {
+    } else if free.len() <= ONE_BY_ONE && !scene.scene.gravity.is_zero() && free.iter().all(settles) {
         for place in free {
             list.push(format!("{{name=\"speed-{place}\",kind=\"reynolds\",grain={place}}}"));
             if !scene.contact_walls().is_empty() {
@@ -63,7 +69,11 @@ pub(super) fn names(scene: &CheckedScene, named: bool) -> Vec<String> {
     };
     let metrics = scene.scene.metrics.iter().filter(|metric| !is_difference(&metric.kind));
     let alone = !named && !scene.has_free_grains();
-    let flow = direction(scene).filter(|_| alone).map(|axis| format!("{SUPERFICIAL}{}", AXES[axis]));
+    // Over planes across an axis that is not periodic there is none.
+    let periods = scene.scene.domain.periods();
+    let flow = direction(scene)
+        .filter(|axis| alone && periods[*axis].is_some())
+        .map(|axis| format!("{SUPERFICIAL}{}", AXES[axis]));
     metrics.map(|metric| metric.name.clone()).chain(flow).collect()
 }
 
@@ -114,6 +124,23 @@ mod tests {
             format!("[[grains]]\nposition = [1.0, 1.0, {}.0]\nradius = 0.4\ndensity = 2.0\n{more}", k + 1)
         };
         (0..count).map(grain).collect()
+    }
+
+    /// What is as heavy as the fluid goes with it; a lid drives no flow through a section.
+    #[test]
+    fn a_neutral_grain_has_its_energy_compared_and_a_cavity_nothing() {
+        let neutral = grains(1, "").replace("density = 2.0", "density = 1.001");
+        assert_eq!(measured(-1.0, &neutral), ["energy"]);
+        let cavity = |x: &str| {
+            let lid = "z_upper = { type = \"no-slip\", velocity = [1.0, 0.0, 0.0] }";
+            test_scenes::scene(format!(
+                "until = 2.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
+                 cells = [16, 16]\nboundary = {{ x = \"{x}\", z_lower = \"no-slip\", {lid} }}\n[medium]\n\
+                 density = 1.0\nviscosity = 1.0\n"
+            ))
+        };
+        assert_eq!(names(&cavity("no-slip"), false), Vec::<String>::new());
+        assert_eq!(names(&cavity("periodic"), false), ["superficial_velocity_x"]);
     }
 
     /// What is compared, with the metrics that are added.

@@ -49,6 +49,8 @@ struct Found {
     /// Widths of the cells over the scene's.
     widths: Vec<f64>,
     summaries: Vec<Summary>,
+    /// Does the scene name its metrics? Each must then have a value.
+    named: bool,
 }
 
 /// Runs a scene on finer and finer grids until its error, by those before, is at most what `accuracy` says.
@@ -104,7 +106,7 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     price(&planned, ladder.needed);
     let folder = options.folder(&scene)?;
     let interrupts = run::listen()?;
-    let mut found = Found::default();
+    let mut found = Found { named, ..Found::default() };
     let outcome = climb(&planned, &ladder, &names, target, &interrupts, &mut found);
     let (Some(last), Some(rung)) = (found.summaries.last(), found.widths.len().checked_sub(1)) else {
         return summarise(&folder, &mut Summary::new(&scene, VERSION), outcome);
@@ -263,12 +265,14 @@ impl Found {
         steps(last) / steps(before) >= (wide / narrow).sqrt()
     }
 
-    /// Each metric that has a value on any grid, with the estimated error of the finest.
+    /// Each metric that the scene names, or that has a value on any grid, with the estimated error of the
+    /// finest.
     fn metrics(&self, names: &[String]) -> BTreeMap<String, VerifiedMetric> {
         let of = |name: &String| {
             let value = |summary: &Summary| summary.metrics.get(name).and_then(|metric| metric.value);
             let values: Vec<Option<f64>> = self.summaries.iter().map(value).collect();
-            values.iter().any(Option::is_some).then(|| (name.clone(), verified(&self.widths, values)))
+            (self.named || values.iter().any(Option::is_some))
+                .then(|| (name.clone(), verified(&self.widths, values)))
         };
         names.iter().filter_map(of).collect()
     }

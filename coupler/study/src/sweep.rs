@@ -82,6 +82,17 @@ struct Builder<'a> {
 }
 
 impl Sweep {
+    /// The varied keys alone: the runs, whose files may be gone, are not looked at.
+    pub fn columns(
+        scene: (&CheckedScene, &Path),
+        source: &SceneSource,
+        section: &str,
+        vary: &[Vary],
+        runs: &[SingleRun],
+    ) -> Result<Vec<Column>, SceneError> {
+        Ok(Builder::new(scene, source, section, (Vec::new(), vary), runs)?.columns)
+    }
+
     /// All combinations of `vary`, then `runs`; `section` is where they stand, `chart`. `base` is set in
     /// every run, before its own keys. Each scene that comes out is read and checked as far as the
     /// shared part goes. `path` and `source`: where the scene is, and the file that asks for the runs.

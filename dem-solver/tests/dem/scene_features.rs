@@ -78,10 +78,12 @@ fn grains_come_at_their_rate_without_overlap_and_rest() {
     let rest = Rest::new(&read(&text).expect("reads")).expect("asked for");
     let last = run.exchange.outgoing().1;
     let energy = rest.energy(last).expect("all are there");
-    assert!(rest.reached(5.0, last), "{energy}");
+    let mut since = None;
+    assert!(!rest.reached(5.0, last, &mut since), "not at once");
+    assert!(rest.reached(6.0, last, &mut since), "{energy}");
     let mut moving = last.to_vec();
     moving[3].velocity[0] = 1.0;
-    assert!(!rest.reached(5.0, &moving));
+    assert!(!rest.reached(7.0, &moving, &mut since) && !rest.reached(8.0, last, &mut since));
     moving[59].orientation = [0.0; 4];
     assert_eq!(rest.energy(&moving), None, "one is still to come");
 }

@@ -101,6 +101,11 @@ impl<T: Quantity> OverTime<T> {
         self.constant().is_none()
     }
 
+    /// Time after which a table keeps its value, s; 0 of anything else.
+    pub fn last_change(&self) -> f64 {
+        self.rows().last().map_or(0.0, |(time, _)| time)
+    }
+
     /// The value at time `t`, s.
     pub fn at(&self, t: f64) -> T {
         match self {

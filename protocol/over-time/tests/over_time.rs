@@ -52,7 +52,8 @@ fn largest_values_and_rates_hold() {
             assert!(fastest <= value.fastest(until) * (1.0 + 1e-9), "{value:?}: {fastest}");
         }
     }
-    let [constant, table, _] = values();
+    let [constant, table, sine] = values();
+    assert_eq!((constant.last_change(), sine.last_change()), (0.0, 0.0));
     assert_eq!((constant.fastest(1.0), constant.longest_step(0.0)), (0.0, f64::INFINITY));
     // The rows up to 0.25 alone, not what follows; from there on z grows.
     assert_eq!(table.largest(0.25), 10.0_f64.sqrt());

@@ -84,6 +84,9 @@ pub struct AloneState {
     limit: f64,
     /// Do the grains rest, where the scene ends there?
     rests: bool,
+    /// From when on they do so far without a break, s.
+    #[serde(default)]
+    since: Option<f64>,
     /// Of the energy of the grains.
     seen: Seen,
     /// Of the fluid.
@@ -156,7 +159,8 @@ impl AloneSchedule {
         from: Option<AloneState>,
     ) -> Self {
         let (seen, flow) = (Seen::default(), FlowSeen::default());
-        let start = AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false, seen, flow };
+        let start =
+            AloneState { step: 0, time: 0.0, limit: f64::INFINITY, rests: false, since: None, seen, flow };
         let state = from.unwrap_or(start);
         let forced = scene.scene.coupling.get("force").and_then(|force| force.as_array());
         let forced =
@@ -218,9 +222,9 @@ impl Schedule for AloneSchedule {
         if let (Some(overlap), Some(_)) = (&mut self.overlap, messages.kinematics_header) {
             overlap.take(window, messages.residual)?;
         }
-        let rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics));
-        let AloneState { step, time: at, limit, rests: over, .. } = &mut self.state;
-        (*step, *at, *limit, *over) = (window.step + 1, time, messages.dt_limit, rests);
+        let AloneState { step, time: at, limit, rests, since, .. } = &mut self.state;
+        (*step, *at, *limit) = (window.step + 1, time, messages.dt_limit);
+        *rests = self.rest.as_ref().is_some_and(|rest| rest.reached(time, messages.kinematics, since));
         self.under_way = false;
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! When the grains have come to rest.
 
+use crate::changing::changing;
 use crate::checked::CheckedScene;
 use crate::grains::Motion;
 use crate::shared::StopWhen;
@@ -15,11 +16,13 @@ pub struct Rest {
     scale: f64,
     /// Number of grains that are there from the start.
     present: usize,
-    /// Time, s, before which nothing counts: what is let go is slow at first.
+    /// Time, s, before which nothing counts: what comes later may move grains that rest.
     earliest: f64,
+    /// Time, s, that they rest without a break: what is let go is slow at first, and so is what turns back.
+    hold: f64,
 }
 
-/// Times over which a fall from rest reaches the energy that counts as rest, before which nothing does.
+/// Time that grains rest over that in which one of them, falling, reaches the energy that counts as rest.
 const FALLS: f64 = 4.0;
 
 impl Rest {
@@ -30,12 +33,16 @@ impl Rest {
         let free = || scene.grains.iter().enumerate().filter(|(_, grain)| grain.motion == Motion::Free);
         let largest = free().map(|(_, grain)| grain.radius).fold(0.0, f64::max);
         let fall = if gravity > 0.0 {
-            (2.0 * stop.kinetic_energy_per_grain_below * largest / gravity).sqrt()
+            (2.0 * stop.kinetic_energy_per_grain_below * free().count() as f64 * largest / gravity).sqrt()
         } else {
             0.0
         };
+        let walls = scene.scene.walls.iter().flat_map(|wall| [wall.from, wall.until]);
+        let tables = changing(scene).into_iter().map(|changing| changing.value.last_change());
+        let last = walls.chain(tables).filter(|time| time.is_finite()).fold(0.0, f64::max);
         Some(Self {
-            earliest: stop.after.max(FALLS * fall),
+            earliest: stop.after.max(last),
+            hold: FALLS * fall,
             stop,
             present: scene.present(),
             scale: free().map(|(_, grain)| grain.mass() * gravity * grain.radius).sum(),
@@ -56,9 +63,14 @@ impl Rest {
         Some(energy / self.scale)
     }
 
-    /// Do the grains rest at `time`?
-    pub fn reached(&self, time: f64, kinematics: &[Kinematics]) -> bool {
-        time >= self.earliest
-            && self.energy(kinematics).is_some_and(|energy| energy < self.stop.kinetic_energy_per_grain_below)
+    /// Do the grains rest at `time`, s, and have for as long as that takes? `since`: from when on, s.
+    pub fn reached(&self, time: f64, kinematics: &[Kinematics], since: &mut Option<f64>) -> bool {
+        let below = |energy| energy < self.stop.kinetic_energy_per_grain_below;
+        if time < self.earliest || !self.energy(kinematics).is_some_and(below) {
+            *since = None;
+        } else if since.is_none() {
+            *since = Some(time);
+        }
+        since.is_some_and(|since| time - since >= self.hold && time > since)
     }
 }

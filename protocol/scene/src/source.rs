@@ -210,6 +210,17 @@ impl SceneSource {
             let whole = error.span().is_none_or(spans_all);
             key = if whole { String::new() } else { key_at(&all, &span) };
             if let Some(name) = quoted_after(&message, "missing field `") {
+                // A table that has the field holds the one that lacks it.
+                let has = |key: &str| all.iter().any(|place| place.key == format!("{key}.{name}"));
+                let within = |place: &&Place<'_>| {
+                    let table = place.key.strip_prefix(&key).is_some_and(|rest| rest.starts_with('.'));
+                    table && matches!(place.value, DeValue::Table(_)) && !has(&place.key)
+                };
+                if has(&key)
+                    && let Some(place) = all.iter().find(within)
+                {
+                    (span, key) = (place.span.clone(), place.key.clone());
+                }
                 let joint = if key.is_empty() { "" } else { "." };
                 key += &format!("{joint}{name}");
                 if whole {

@@ -52,6 +52,31 @@ values_over_time = true
 
 const TABLE: &str = "t,x,z\n0.0,0.0,-1.0\n0.35,0.6,-1.0\n";
 
+/// A sphere that a gate lets go falls as one that starts: the step knows of the gate.
+#[test]
+fn a_gate_in_a_fluid_opens_as_a_run_begins() {
+    let folder = Folder::new("over-time-gate");
+    let speed = |name: &str, gate: f64, time: &str| {
+        let text = format!(
+            "until = {}\ngravity = [0.0, 0.0, -1.0]\n[domain]\ngeometry = \"axisymmetric\"\n\
+             lower = [0.0, 0.0]\nupper = [3.0, 8.0]\ncells = [24, 64]\nboundary = {{ r_upper = \
+             \"free-slip\", z = \"no-slip\" }}\n[medium]\ndensity = 1.0\nviscosity = 0.2\n[[grains]]\n\
+             position = [0.0, 0.0, 6.0]\nradius = 0.5\ndensity = 4.0\n[[walls]]\npoint = [0.0, 0.0, 5.5]\n\
+             normal = [0.0, 0.0, 1.0]\nuntil = {gate}\n{time}[dem]\nlubrication = {{ form = \"none\" }}\n\
+             [dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.5\ncontact_time = 0.02\n\
+             [observe]\nevery = 0.0\n",
+            gate + 0.3
+        );
+        let (scene, out) = (folder.write(&format!("{name}.toml"), &text), folder.join(name));
+        let [scene, out] = [&scene, &out].map(|path| path.to_str().expect("UTF-8"));
+        let output = bedload(&["run", scene, "--out", out, "--no-record"]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        column(&folder.join(name), "velocity_z[0]").last().expect("a row").parse::<f64>().expect("a number")
+    };
+    let (late, exact) = (speed("late", 3.0, ""), speed("short", 3.0, "[fluid.time]\ndt = 0.0025\n"));
+    assert!((late / exact - 1.0).abs() < 0.01, "{late} for {exact}");
+}
+
 #[test]
 fn a_run_goes_on_and_replays_in_the_same_bits() {
     let folder = Folder::new("over-time");

@@ -309,14 +309,22 @@ fn what_a_solver_alone_does_not_do_is_told() {
     let folder = Folder::new("totals-alone");
     let fluid = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
         cells = [16, 16]\nboundary = { x = \"periodic\", z = \"no-slip\" }\n[medium]\ndensity = 1.0\n\
-        viscosity = 1.0\n[coupling]\nscheme = \"iterated\"\n[observe]\ntotals = { columns = \
+        viscosity = 1.0\ninitial = { type = \"uniform\", velocity = [1.0, 0.0, 0.5] }\n[coupling]\nscheme = \"iterated\"\n[observe]\ntotals = { columns = \
         [\"fluid-flux\", \"coordination-number\"] }\n";
     let dry = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
         boundary = { x = \"periodic\", z = \"no-slip\" }\n[[grains]]\nposition = [0.5, 0.0, 0.5]\n\
         radius = 0.1\ndensity = 1.0\n[fluid.time]\ncfl = 0.4\n[dem.contact]\nlaw = \
         \"linear-spring-dashpot\"\nrestitution = 0.9\ncontact_time = 1e-3\n";
     for (name, text, told) in [
-        ("fluid", fluid, &["coordination-number\": nothing comes of it", "coupling.scheme: no effect"][..]),
+        (
+            "fluid",
+            fluid,
+            &[
+                "coordination-number\": nothing comes of it",
+                "coupling.scheme: no effect",
+                "the flow along z does not",
+            ][..],
+        ),
         ("dry", dry, &["fluid.time: no effect, as there is no [medium]"]),
     ] {
         let output = bedload(&["check", path(&folder.write(&format!("{name}.toml"), text))]);

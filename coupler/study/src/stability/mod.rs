@@ -26,7 +26,8 @@ use bedload_scene::{CheckedScene, SceneSource};
 
 use crate::folder::{SCENE, content};
 use crate::kind::Kind;
-use crate::study::Study;
+use crate::section::Section;
+use crate::sweep::Sweep;
 use crate::table::Table;
 use coupler::failure::Failure;
 use map::Frame;
@@ -34,7 +35,9 @@ use map::Frame;
 /// Makes map and page of a folder from its table and scene; returns the page.
 pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let scene = CheckedScene::new(SceneSource::read(&dir.join(SCENE), &[])?)?;
-    let Study { section, columns, .. } = Study::of_scene(&scene, &dir.join(SCENE), Kind::Stability)?;
+    let section = Section::of_text(&scene.source, Kind::Stability)?;
+    let (name, Section { vary, runs, .. }) = (Kind::Stability.name(), &section);
+    let columns = Sweep::columns((&scene, &dir.join(SCENE)), &scene.source, name, vary, runs)?;
     let path = dir.join(Kind::Stability.table());
     let table = Table::read(&path)?;
     let keys: Vec<&String> = columns.iter().map(|column| &column.key).collect();

@@ -109,7 +109,7 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
         let key = format!("{pair}{}.velocity", if both.is_some() { "" } else { side });
         let written = key.trim_end_matches(".velocity");
         open::face(scene, axis, side == "_upper", face, written, source)?;
-        missing::in_geometry(&face.velocity, domain.geometry, &key, source)?;
+        missing::along_axis(&face.velocity, domain.geometry, &key, source)?;
         if face.kind == WallKind::Inflow {
             continue;
         }

@@ -5,21 +5,8 @@ use crate::domain::Geometry;
 use crate::source::SceneSource;
 use bedload_over_time::OverTime;
 
-/// Refuses a vector of the whole box, or of a grain, out of the plane (x, z) or off the axis of symmetry.
+/// Refuses a vector out of the plane (x, z) or off the axis of symmetry.
 pub(super) fn along_axis(
-    value: &OverTime<[f64; 3]>,
-    geometry: Geometry,
-    key: &str,
-    source: &SceneSource,
-) -> Check {
-    if geometry == Geometry::Axisymmetric {
-        return refuse(value, &[0, 1], key, "across the axis of symmetry", "along z alone", source);
-    }
-    in_geometry(value, geometry, key, source)
-}
-
-/// Refuses a vector of the fluid, or of a face of the box, out of the plane or about the axis.
-pub(super) fn in_geometry(
     value: &OverTime<[f64; 3]>,
     geometry: Geometry,
     key: &str,
@@ -29,7 +16,7 @@ pub(super) fn in_geometry(
         Geometry::Space => Ok(()),
         Geometry::Plane => refuse(value, &[1], key, "out of the plane (x, z)", "with y = 0", source),
         Geometry::Axisymmetric => {
-            refuse(value, &[1], key, "about the axis of symmetry", "with y = 0", source)
+            refuse(value, &[0, 1], key, "across the axis of symmetry", "along z alone", source)
         }
     }
 }

@@ -70,7 +70,7 @@ fn medium(scene: &Scene, source: &SceneSource) -> Check {
         InitialVelocity::Rest | InitialVelocity::Run { .. } => Ok(()),
         InitialVelocity::Uniform { velocity } => {
             finite(source, "medium.initial.velocity", velocity)?;
-            missing::in_geometry(&(*velocity).into(), geometry, "medium.initial.velocity", source)
+            missing::along_axis(&(*velocity).into(), geometry, "medium.initial.velocity", source)
         }
         InitialVelocity::Shear { direction, gradient, rate, origin } => {
             finite(source, "medium.initial", &[*rate, *origin])?;

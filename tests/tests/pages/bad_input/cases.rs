@@ -288,6 +288,7 @@ pub(crate) const IN_A_PLANE: &[Case] = cases! {
     "three coordinates in a plane": "upper = [20.0, 20.0]" => "§upper = [20.0, 1.0, 20.0]"; "domain.upper", "3 numbers";
     "group in a grain": "position = [10.0, 0.0, 19.0]" => "position = [5.0, 0.0, 5.0]", "[[groups]]\ncount = 20" => "§[[groups]]\ncount = 200";
         "groups[0]", "no room";
+    "rolling without friction": "contact_time = 0.01" => "contact_time = 0.01\nfriction = 0.3\n§rolling = { damping = 0.1 }"; "dem.contact.rolling.friction", "missing field";
     "complement without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"complement\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
     "film without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"as-printed\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
     "a flux of no fluid": "[dem.contact]" => "[observe]\n§totals = { columns = [\"fluid-flux\"] }\n[dem.contact]"; "observe.totals.columns", "the scene has none";
