@@ -55,10 +55,8 @@ impl Profile {
             period: spec.periods[axis].map(|(_, length)| length),
             shape: spec.shape,
         };
-        let walled: Vec<Side> =
-            sides.iter().flat_map(|&c| [Side::lower(asked, c), Side::upper(asked, c)]).collect();
-        let walled: Vec<Side> =
-            walled.into_iter().filter(|side| side.is_walled(spec, grains, &slabs)).collect();
+        let both = sides.iter().flat_map(|&across| Side::both(asked, across));
+        let walled: Vec<Side> = both.filter(|side| side.is_walled(spec, grains, &slabs)).collect();
         let length = |side: &Side| sides.iter().filter(|c| **c != side.across).map(extent).product::<f64>();
         let perimeter = walled.iter().map(length).sum();
         let inside = |x: &Vec3| sides.iter().all(|&c| (asked.lower[c]..=asked.upper[c]).contains(&x[c]));
@@ -134,12 +132,8 @@ struct Side {
 }
 
 impl Side {
-    fn lower(asked: &bedload_scene::Profile, across: usize) -> Self {
-        Self { across, at: asked.lower[across], inward: 1.0 }
-    }
-
-    fn upper(asked: &bedload_scene::Profile, across: usize) -> Self {
-        Self { across, at: asked.upper[across], inward: -1.0 }
+    fn both(asked: &bedload_scene::Profile, across: usize) -> [Self; 2] {
+        [(asked.lower, 1.0), (asked.upper, -1.0)].map(|(x, inward)| Self { across, at: x[across], inward })
     }
 
     /// Whether a wall stands along it: a plane a radius away at most, or held grains just outside it over
