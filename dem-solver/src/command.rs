@@ -125,23 +125,18 @@ type Corners = [[f64; 3]; 2];
 
 /// The region, in the box.
 fn region(arguments: &Arguments, domain: &Domain, whole: Corners) -> Result<Corners, Failure> {
-    let mut corners = whole;
+    let mut region = whole;
     for c in (0..3).filter(|c| *c != 1 || domain.geometry != Geometry::Plane) {
-        let [low, high] = whole.map(|corner| corner[c]);
-        let lower = arguments.lower.map_or(low, |corner| corner[c]);
-        let upper = arguments.upper.map_or(high, |corner| corner[c]);
-        let slack = 1e-9 * (high - low);
-        if !(low - slack <= lower && lower < upper && upper <= high + slack) {
-            let what = format!(
-                "the region spans {lower} to {upper} m along {}; allowed: a part of the box, which spans {low} to \
-                 {high} m, with --lower below --upper",
-                ["x", "y", "z"][c]
-            );
-            return refuse("--lower, --upper", what);
+        for (corner, given) in region.iter_mut().zip([arguments.lower, arguments.upper]) {
+            corner[c] = given.map_or(corner[c], |given| given[c]);
         }
-        (corners[0][c], corners[1][c]) = (lower, upper);
     }
-    Ok(corners)
+    match domain.no_part(region) {
+        Some(what) => {
+            refuse("--lower, --upper", format_args!("the region {what}, with --lower below --upper"))
+        }
+        None => Ok(region),
+    }
 }
 
 fn on_grid(

@@ -387,6 +387,23 @@ impl Domain {
         corners
     }
 
+    /// Why the region between two corners (x, y, z; m) is no part of the box, where it is none.
+    pub fn no_part(&self, [lower, upper]: [[f64; 3]; 2]) -> Option<String> {
+        let whole = self.corners();
+        (0..3).filter(|c| *c != 1 || self.geometry != Geometry::Plane).find_map(|c| {
+            let ([low, high], lower, upper) = (whole.map(|corner| corner[c]), lower[c], upper[c]);
+            let slack = 1e-9 * (high - low);
+            let inside = low - slack <= lower && lower < upper && upper <= high + slack;
+            (!inside).then(|| {
+                let name = ["x", "y", "z"][c];
+                format!(
+                    "spans {lower} to {upper} m along {name}; allowed: a part of the box, which spans {low} to \
+                     {high} m"
+                )
+            })
+        })
+    }
+
     /// Lower and upper limit of each component (x, y, z) in the box, m; infinite along periodic axes, and
     /// where there is no axis.
     pub fn limits(&self) -> [[f64; 2]; 3] {

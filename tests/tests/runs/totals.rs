@@ -309,7 +309,8 @@ fn what_a_solver_alone_does_not_do_is_told() {
     let folder = Folder::new("totals-alone");
     let fluid = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
         cells = [16, 16]\nboundary = { x = \"periodic\", z = \"no-slip\" }\n[medium]\ndensity = 1.0\n\
-        viscosity = 1.0\ninitial = { type = \"uniform\", velocity = [1.0, 0.0, 0.5] }\n[coupling]\nscheme = \"iterated\"\n[observe]\ntotals = { columns = \
+        viscosity = 1.0\ninitial = { type = \"uniform\", velocity = [1.0, 0.0, 0.5] }\n[coupling]\n\
+        scheme = \"iterated\"\n[observe]\ntotals = { columns = \
         [\"fluid-flux\", \"coordination-number\"] }\n";
     let dry = "until = 0.1\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [1.0, 1.0]\n\
         boundary = { x = \"periodic\", z = \"no-slip\" }\n[[grains]]\nposition = [0.5, 0.0, 0.5]\n\

@@ -34,20 +34,7 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
         ),
         "give a box of positive size, one slab at least, and an axis x, y or z of this geometry",
     )?;
-    let [low, high] = scene.domain.corners();
-    let beyond = (0..3).filter(|c| !(flat && *c == 1)).find(|&c| {
-        let slack = 1e-9 * (high[c] - low[c]);
-        profile.lower[c] < low[c] - slack || profile.upper[c] > high[c] + slack
-    });
-    if let Some(c) = beyond {
-        let what = format!(
-            "spans {} to {} m along {}; allowed: a part of the box, {} to {} m",
-            profile.lower[c],
-            profile.upper[c],
-            ["x", "y", "z"][c],
-            low[c],
-            high[c]
-        );
+    if let Some(what) = scene.domain.no_part([profile.lower, profile.upper]) {
         return Err(source.error("observe.profile", what, "keep the region in the box"));
     }
     source.refuse_if(

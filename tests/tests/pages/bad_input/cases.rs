@@ -85,7 +85,9 @@ pub(crate) const BOXES: &[Case] = cases! {
         "z_upper = { type = \"no-slip\", velocity = [0.0, 0.0, 0.0] }" => "z_upper = \"free-slip\""; "domain.boundary.y_lower.profile", "no-slip wall";
     "profile of a wall": "z_lower = \"no-slip\"" => "§z_lower = { type = \"no-slip\", profile = \"parabolic\" }"; "domain.boundary.z_lower.profile", "nothing enters";
     "slabs without end": "every = 0.1" => "every = 0.1\n§profile = { lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 1.0], slabs = 1000000000 }"; "observe.profile.slabs", "is 1000000000", "1 to 100000";
-    "slabs beyond the box": "every = 0.1" => "every = 0.1\n§profile = { lower = [0.0, 0.0, 0.0], upper = [4.0, 5.0, 4.0], slabs = 4 }"; "observe.profile", "0 to 5 m along y", "0 to 4 m";
+    "slabs beyond the box":
+        "every = 0.1" => "every = 0.1\n§profile = { lower = [0.0, 0.0, 0.0], upper = [4.0, 5.0, 4.0], slabs = 4 }";
+        "observe.profile", "0 to 5 m along y", "0 to 4 m";
     "outflow that drags": "y = \"periodic\"" => "y_lower = { type = \"inflow\", velocity = [0.0, 1.0, 0.0] }\n§y_upper = { type = \"outflow\", velocity = [1.0, 0.0, 0.0] }"; "domain.boundary.y_upper.velocity", "not no-slip";
     "flow rate between walls": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"z\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "not periodic";
     "flow rate along a foreign axis": "viscosity = 0.05" => "viscosity = 0.05\n§flow_rate = { axis = \"r\", mean_velocity = 1.0 }"; "medium.flow_rate.axis", "R";
@@ -133,12 +135,15 @@ pub(crate) const GRAINS: &[Case] = cases! {
     "disc in space": "radius = 0.5" => "radius = 0.5\n§shape = \"disc\""; "grains[0].shape", "disc";
     "rectangle": "radius = 0.5" => "radius = 0.5\n§shape = \"rectangle\""; "grains[0].shape", "rectangle", "sphere";
     "larger than the periodic box": "radius = 0.5" => "§radius = 2.1\nmotion = \"fixed\""; "grains[0].radius", "diameter 4.2", "larger than the periodic box";
-    "held twice": "radius = 0.5\ndensity = 4.0" => "radius = 0.5\ndensity = 4.0\nmotion = \"fixed\"", "radius = 0.4" => "radius = 0.5\nmotion = \"fixed\"",
-        "position = [2.0, 2.0, 3.0]" => "§position = [2.0, 2.0, 1.0]"; "grains[1].position", "2 of 2 held grains", "as 0 and 1";
+    "held twice": "radius = 0.5\ndensity = 4.0" => "radius = 0.5\ndensity = 4.0\nmotion = \"fixed\"",
+        "radius = 0.4" => "radius = 0.5\nmotion = \"fixed\"",
+        "position = [2.0, 2.0, 3.0]" => "§position = [2.0, 2.0, 1.0]";
+        "grains[1].position", "2 of 2 held grains", "as 0 and 1";
     "unknown motion": "radius = 0.5" => "radius = 0.5\n§motion = \"dancing\""; "grains[0].motion", "dancing", "prescribed";
     "swing of a free grain": "radius = 0.5" => "radius = 0.5\n§velocity = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].velocity", "not prescribed";
     "swing under its old name": "radius = 0.5" => "radius = 0.5\n§oscillation = { amplitude = [0.0, 0.0, 1.0], frequency = 1.0 }"; "grains[0].oscillation", "retired";
-    "driven through a wall": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§velocity = [0.0, 0.0, -2.0]"; "grains[0].velocity", "through a wall", "at z = -0.5";
+    "driven through a wall": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§velocity = [0.0, 0.0, -2.0]";
+        "grains[0].velocity", "through a wall", "at z = -0.5";
     "swing without frequency": "radius = 0.5" => "radius = 0.5\nmotion = \"prescribed\"\n§velocity = { amplitude = [0.0, 0.0, 1.0], frequency = 0.0 }";
         "grains[0].velocity.frequency", "is 0";
     "swing of a negative frequency": "gravity = [0.0, 0.0, -1.0]" => "§gravity = { amplitude = [0.0, 0.0, 1.0], frequency = -2.0 }"; "gravity.frequency", "-2";
@@ -288,8 +293,12 @@ pub(crate) const IN_A_PLANE: &[Case] = cases! {
     "three coordinates in a plane": "upper = [20.0, 20.0]" => "§upper = [20.0, 1.0, 20.0]"; "domain.upper", "3 numbers";
     "group in a grain": "position = [10.0, 0.0, 19.0]" => "position = [5.0, 0.0, 5.0]", "[[groups]]\ncount = 20" => "§[[groups]]\ncount = 200";
         "groups[0]", "no room";
-    "rolling without friction": "contact_time = 0.01" => "contact_time = 0.01\nfriction = 0.3\n§rolling = { damping = 0.1 }"; "dem.contact.rolling.friction", "missing field";
-    "complement without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"complement\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
+    "rolling without friction":
+        "contact_time = 0.01" => "contact_time = 0.01\nfriction = 0.3\n§rolling = { damping = 0.1 }";
+        "dem.contact.rolling.friction", "missing field";
+    "complement without fluid":
+        "[dem.contact]" => "§[dem.lubrication]\nform = \"complement\"\nroughness = 1e-3\n[dem.contact]";
+        "dem.lubrication", "dry";
     "film without fluid": "[dem.contact]" => "§[dem.lubrication]\nform = \"as-printed\"\nroughness = 1e-3\n[dem.contact]"; "dem.lubrication", "dry";
     "a flux of no fluid": "[dem.contact]" => "[observe]\n§totals = { columns = [\"fluid-flux\"] }\n[dem.contact]"; "observe.totals.columns", "the scene has none";
     "with a fluid that is not there": "position = [10.0, 0.0, 19.0]" => "position = [10.0, 0.0, 19.0]\n§with_fluid = true"; "grains[0].with_fluid", "does not say";
