@@ -80,7 +80,8 @@ mod tests {
         let thin = thinned(&points);
         assert!(thin.len() <= POINTS && thin.contains(&(2718.0, 0.5_f64.log10())));
         assert_eq!([-10.0, -2.5, 0.0].map(tick), ["10⁻¹⁰", "", "1"]);
-        let svg = figure("Replay", vec![("velocity".into(), points)]);
-        assert!(svg.starts_with("<svg") && svg.contains("velocity"), "{svg}");
+        let svg = figure("Replay \u{1}", vec![("velocity\u{1b}".into(), points)]);
+        assert!(svg.starts_with("<svg") && svg.contains("velocity\\u{1b}"), "{svg}");
+        assert!(svg.chars().all(|c| matches!(c, '\n' | '\t') || !c.is_control()), "{svg}");
     }
 }

@@ -10,6 +10,7 @@ use kuva::render::figure::Figure;
 use kuva::render::layout::{ComputedLayout, Layout, TickFormat};
 use kuva::render::plots::Plot as Drawn;
 use kuva::render_to_svg;
+use protocol::printable::printable;
 
 /// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008).
 const COLOURS: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
@@ -149,7 +150,10 @@ impl Plot {
         let drawn: Vec<Drawn> =
             self.series.iter().flat_map(|series| series.drawn(self.legend.is_some())).collect();
         let layout = self.layout(&drawn);
-        Picture { plane: ComputedLayout::from_layout(&layout), svg: render_to_svg(drawn, layout) }
+        Picture {
+            plane: ComputedLayout::from_layout(&layout),
+            svg: printable(&render_to_svg(drawn, layout)).into_owned(),
+        }
     }
 
     fn layout(&self, drawn: &[Drawn]) -> Layout {
@@ -221,7 +225,7 @@ pub(super) fn panels(title: &str, plots: &[Plot], across: usize) -> String {
         .with_layouts(layouts.collect())
         .with_plots(drawn)
         .with_shared_legend_bottom();
-    SvgBackend.render_scene(&figure.render())
+    printable(&SvgBackend.render_scene(&figure.render())).into_owned()
 }
 
 impl Axis {

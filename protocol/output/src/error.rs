@@ -11,6 +11,9 @@ pub enum OutputError {
     /// The system refused.
     #[error("cannot {action} {}: {source}", path.display())]
     File { action: &'static str, path: PathBuf, source: std::io::Error },
+    /// The place takes no folder.
+    #[error("cannot make the output folder {}: {source}; name another with --out", path.display())]
+    Place { path: PathBuf, source: std::io::Error },
     /// The folder holds something else.
     #[error(
         "{} is not empty and not an output folder of Bedload (its scene.toml does not begin with \
@@ -49,6 +52,10 @@ pub enum OutputError {
     /// The folder is no run's.
     #[error("{} is no output folder of a run: name one", .0.display())]
     NoRun(PathBuf),
+    /// The run has not ended.
+    #[error("{} has no summary.json yet, as the run is under way or was cut off: wait for its end, or go on with it \
+             by --resume", .0.display())]
+    NotEnded(PathBuf),
     /// There is nothing to resume.
     #[error("{} holds no run to resume: leave out --resume, or name the folder of the run with --out", .0.display())]
     NothingToResume(PathBuf),
@@ -72,7 +79,7 @@ impl From<OutputError> for SolverError {
 impl OutputError {
     /// Was there no room for what was to be written?
     pub fn is_full(&self) -> bool {
-        matches!(self, Self::File { source, .. } if protocol::new_file::is_full(source))
+        matches!(self, Self::File { source, .. } | Self::Place { source, .. } if protocol::new_file::is_full(source))
     }
 
     /// Wraps an error of the system.

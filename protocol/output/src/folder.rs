@@ -96,7 +96,7 @@ impl OutputFolder {
     /// [`OutputError::InUse`], [`OutputError::Foreign`] if the folder holds other things,
     /// [`OutputError::Finished`], [`OutputError::Begun`], [`OutputError::Link`], [`OutputError::File`].
     pub fn create(root: &Path, scene: &CheckedScene, overwrite: bool) -> Result<Self, OutputError> {
-        fs::create_dir_all(root).map_err(OutputError::file("make the output folder", root))?;
+        fs::create_dir_all(root).map_err(|source| OutputError::Place { path: root.to_owned(), source })?;
         let folder = Self::claimed(root)?;
         if !folder.is_empty()? {
             folder.require_marker()?;

@@ -298,8 +298,12 @@ impl Summary {
     /// Reads the file.
     ///
     /// # Errors
-    /// [`OutputError`] if it is missing or not a summary.
+    /// [`OutputError`] if it is missing, [`OutputError::NotEnded`] beside a scene, or not a summary.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
+        let begun = path.parent().filter(|folder| folder.join("scene.toml").exists() && !path.exists());
+        if let Some(folder) = begun {
+            return Err(OutputError::NotEnded(folder.to_owned()));
+        }
         let text = protocol::input_file::read_text(path).map_err(OutputError::file("read", path))?;
         serde_json::from_str(&text).map_err(|error| OutputError::Content {
             path: path.to_owned(),

@@ -90,6 +90,7 @@ impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         match error {
             OutputError::Scene(error) => Self::Scene(error),
+            OutputError::Place { .. } if !error.is_full() => Self::Input(error.to_string()),
             OutputError::Foreign { .. }
             | OutputError::Finished(_)
             | OutputError::Begun(_)
@@ -97,11 +98,13 @@ impl From<OutputError> for Failure {
             | OutputError::Outside { .. }
             | OutputError::Needed { .. }
             | OutputError::NoRun(_)
+            | OutputError::NotEnded(_)
             | OutputError::NothingToResume(_) => Self::Input(error.to_string()),
             OutputError::InUse(_) => Self::InUse(error.to_string()),
-            OutputError::File { .. } | OutputError::Content { .. } | OutputError::Gone(_) => {
-                Self::of_file(&error, error.is_full())
-            }
+            OutputError::File { .. }
+            | OutputError::Place { .. }
+            | OutputError::Content { .. }
+            | OutputError::Gone(_) => Self::of_file(&error, error.is_full()),
         }
     }
 }

@@ -226,9 +226,30 @@ fn a_run_that_is_resumed_at_its_end_leaves_what_it_would_have_left() {
     for name in ["grains.csv", "deposit.csv", "summary.json"] {
         std::fs::remove_file(room.out().join(name)).expect(name);
     }
+    for command in ["report", "film"] {
+        let output = bedload(&[command, room.out().to_str().unwrap()]).output().unwrap();
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("under way or was cut off") && text.contains("--resume"), "{text}");
+    }
     let output = run(&room, &path, &["--resume"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert_eq!(left(), before);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_bad_input() {
+    let room = Room::new("place");
+    let path = room.put(&scene("good", "good", ""));
+    let place = path.join("out");
+    let output =
+        bedload(&["run", path.to_str().unwrap(), "--out", place.to_str().unwrap()]).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("cannot make the output folder") && text.contains("name another with --out"),
+        "{text}"
+    );
 }
 
 /// Below the limit of files that a coupled run needs it says so, and above it runs.

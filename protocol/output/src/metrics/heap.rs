@@ -5,7 +5,7 @@ use bedload_scene::{CheckedScene, Column, HeapEnd, HeapSlope, MetricKind, Motion
 use super::accumulator::Accumulator;
 use super::deposit::{Heap, Surface};
 use super::last::LastState;
-use super::rule::{Rule, plain, published};
+use super::rule::{Rule, plain, published, require};
 use super::touching::{Ball, largest_cluster};
 use crate::points::published_points;
 use crate::totals::part_below;
@@ -17,6 +17,7 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
     let column = kind.column().unwrap_or(Column::at_rest(1.0, 0.0));
     let rule = match kind {
         MetricKind::DepositRunOut(_) => Rule::of_last(move |last| {
+            let_go(last.time, &column)?;
             let length = half_length(last, &column).ok_or("there is no heap at its middle")?;
             Ok((length - column.half_length) / column.half_length)
         }),
@@ -36,9 +37,10 @@ pub(super) fn rule(scene: &CheckedScene, index: usize) -> Result<Rule, SceneErro
             let difference = move |heap: Heap| heap.surface(column.half_length).difference(&published);
             Rule::of_last(move |last| Ok(difference(heap(last, &column))))
         }
-        MetricKind::DepositHeight(_) => {
-            Rule::of_last(move |last| Ok(heap(last, &column).height() / column.half_length))
-        }
+        MetricKind::DepositHeight(_) => Rule::of_last(move |last| {
+            let_go(last.time, &column)?;
+            Ok(heap(last, &column).height() / column.half_length)
+        }),
         _ => Rule::unknown(),
     };
     Ok(rule.leaving("deposit.csv", move |last| Some(heap(last, &column).table(Some(column.half_length)))))
@@ -75,15 +77,22 @@ fn standing(column: Column, of: impl Fn(&LastState) -> f64 + Send + Sync + 'stat
         Accumulator::First(None),
         move |seen, kept| {
             if let (Some(last), Accumulator::First(None)) = (seen.last, &kept)
-                && seen.sample.time() >= column.release
+                && last.time >= column.release
             {
                 kept.add(of(last), seen.sample);
             }
         },
-        move |kept, _| {
-            plain(kept.value().map_err(|_| format!("the run ended before t = {} s", column.release))?)
+        move |kept, end| match kept.value() {
+            Ok(value) => plain(value),
+            Err(why) => let_go(end.last()?.time, &column).and(Err(why)),
         },
     )
+}
+
+/// An error if the column still stood at `time`, s.
+fn let_go(time: f64, column: &Column) -> Result<(), String> {
+    let Column { release, .. } = column;
+    require(time >= *release, &format!("the run ended at t = {time} s, before `release`, {release} s"))
 }
 
 fn heap(last: &LastState, column: &Column) -> Heap {

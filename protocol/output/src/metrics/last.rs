@@ -9,6 +9,8 @@ use protocol::message::Kinematics;
 #[derive(Clone, Debug)]
 pub(super) struct LastState {
     pub(super) grains: Vec<Grain>,
+    /// End of the last window, s.
+    pub(super) time: f64,
     /// Empty before the first window.
     pub(super) kinematics: Vec<Kinematics>,
     /// Lower z face, m.
@@ -25,6 +27,7 @@ impl LastState {
     pub(super) fn new(scene: &CheckedScene) -> Self {
         Self {
             grains: scene.grains.clone(),
+            time: 0.0,
             kinematics: Vec::new(),
             floor: scene.scene.domain.lower.last().copied().unwrap_or(0.0),
             present: scene.present(),
@@ -35,6 +38,7 @@ impl LastState {
 
     /// Keeps the state after a window.
     pub(super) fn record(&mut self, sample: &Sample) {
+        self.time = sample.time();
         sample.kinematics.clone_into(&mut self.kinematics);
     }
 

@@ -95,7 +95,7 @@ impl Rule {
 
 impl End<'_> {
     /// The last state, if a window was done.
-    fn last(&self) -> Result<&LastState, String> {
+    pub(super) fn last(&self) -> Result<&LastState, String> {
         let known = self.last.filter(|last| !last.kinematics.is_empty());
         known.ok_or_else(|| "no window was done since the start or the resumption".into())
     }

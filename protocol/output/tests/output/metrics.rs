@@ -335,6 +335,30 @@ fn a_heap_of_bodies_that_are_not_round_is_refused() {
     }
 }
 
+/// A column that still stands has left no deposit.
+#[test]
+fn a_run_that_ends_before_the_release_has_no_deposit() {
+    let kinds = ["deposit-height", "deposit-run-out", "deposit-aspect-ratio", "column-solid-fraction"];
+    let metric = |kind| {
+        format!(
+            "[[metrics]]\nname = \"{kind}\"\nkind = \"{kind}\"\ncentre = 0.0\nhalf_length = 1.0\nrelease = 5.0\n"
+        )
+    };
+    let scene = sphere(&kinds.map(metric).concat());
+    let notes = |windows: usize| {
+        let mut watch = Watch::new(&scene, 1.0);
+        feed(&mut watch, &WAY[..windows]);
+        let values = watch.metrics.finish();
+        kinds.map(|kind| values[kind].note.clone().unwrap_or_default())
+    };
+    for note in notes(4) {
+        assert_eq!(note, "the run ended at t = 4 s, before `release`, 5 s");
+    }
+    for note in notes(5) {
+        assert!(!note.contains("release"), "{note}");
+    }
+}
+
 #[test]
 fn a_resumed_run_measures_the_same_bits() {
     let scene = sphere(BOUNCE);
