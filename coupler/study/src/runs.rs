@@ -1,4 +1,5 @@
-//! Runs as child processes, several at a time; a finished one is never repeated, an interrupted one goes on.
+//! Runs as child processes, several at a time; a finished one is never repeated, one that was interrupted or
+//! killed goes on.
 
 use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::folder::{cannot, make, remove};
 use coupler::accuracy;
 use coupler::failure::Failure;
+use protocol::checkpoints;
 
 /// Signals by which somebody else ends a run: a hangup, an interrupt, a request to end.
 const FROM_OUTSIDE: [i32; 3] = [1, 2, 15];
@@ -69,9 +71,20 @@ pub(crate) struct Origin {
     pub(crate) machine: String,
     /// Other runs that shared the machine, at most.
     pub(crate) beside: usize,
+    /// [`CheckedScene::sha256`].
+    #[serde(default)]
+    pub(crate) scene: String,
     /// [`CheckedScene::inputs_sha256`] as it began.
     #[serde(default)]
     pub(crate) inputs: Vec<String>,
+}
+
+impl Origin {
+    /// Whether what its run read is what is there now, `inputs`, of which one that is gone says nothing.
+    fn read(&self, inputs: &[String]) -> bool {
+        let is_same = |(now, then): (&String, &String)| now.is_empty() || now == then;
+        self.inputs.len() == inputs.len() && inputs.iter().zip(&self.inputs).all(is_same)
+    }
 }
 
 /// Model of this machine's processor.
@@ -106,7 +119,7 @@ pub(crate) fn run_chains(
         make(folder)?;
     }
     let beside = jobs.min(chains.len()).max(1) - 1;
-    let origin = Origin { commit: commit.to_owned(), machine: machine(), beside, inputs: Vec::new() };
+    let origin = Origin { commit: commit.to_owned(), machine: machine(), beside, ..Origin::default() };
     let outcomes = at_a_time(jobs, chains, |chain| in_turn(chain, &program, reuse, &origin));
     let missing = || Ok(Outcome::Failed("the run was not made".to_owned()));
     outcomes.into_iter().map(|outcome| outcome.unwrap_or_else(missing)).collect()
@@ -184,10 +197,19 @@ impl Task {
     /// The summary that a run of the same scene, inputs and version left in the folder. An input that is gone
     /// says nothing against it.
     fn left(&self, scene: &CheckedScene, inputs: &[String]) -> Option<Summary> {
-        let began = self.origin().inputs;
-        let is_same = |(now, then): (&String, &String)| now.is_empty() || now == then;
-        let same = began.len() == inputs.len() && inputs.iter().zip(&began).all(is_same);
-        self.summary(scene).filter(|_| same)
+        self.summary(scene).filter(|_| self.origin().read(inputs))
+    }
+
+    /// Whether a run of `origin` that ended on the way goes on: it left a checkpoint, and began with this build,
+    /// scene and inputs.
+    fn goes_on(&self, left: Option<&Summary>, origin: &Origin) -> bool {
+        let began = self.origin();
+        let same = began.commit == origin.commit && began.scene == origin.scene && began.read(&origin.inputs);
+        let ended = match left {
+            Some(left) => left.status == RunStatus::Interrupted,
+            None => !self.folder.join("summary.json").exists(),
+        };
+        same && ended && checkpoints::newest(&self.folder.join("checkpoint")).is_some()
     }
 
     /// The summary that a run of the same scene and version left in the folder.
@@ -203,7 +225,8 @@ impl Task {
         };
         let inputs = scene.inputs_sha256();
         let left = self.left(&scene, &inputs);
-        let resume = left.as_ref().is_some_and(|left| left.status == RunStatus::Interrupted);
+        let mut origin = Origin { scene: scene.sha256(), inputs, ..origin.clone() };
+        let resume = self.goes_on(left.as_ref(), &origin);
         if left.is_none() && self.folder.join("summary.json").exists() {
             protocol::tell!(
                 "bedload: {}: its scene, a file that it reads or the version has changed",
@@ -211,7 +234,7 @@ impl Task {
             );
         }
         if let Some(outcome) = left.and_then(|summary| reuse.outcome(summary)) {
-            let gone = if inputs.iter().any(String::is_empty) {
+            let gone = if origin.inputs.iter().any(String::is_empty) {
                 "; a state or table that it read is gone"
             } else {
                 ""
@@ -219,9 +242,11 @@ impl Task {
             protocol::tell!("bedload: {}: finished before{gone}", self.name);
             return Ok(outcome);
         }
-        // What goes on began with what was there then.
-        let inputs = if resume { self.origin().inputs } else { inputs };
-        self.make(program, reuse, resume, &scene, &Origin { inputs, ..origin.clone() })
+        if resume {
+            // What goes on began with what was there then.
+            origin.inputs = self.origin().inputs;
+        }
+        self.make(program, reuse, resume, &scene, &origin)
     }
 
     fn make(

@@ -67,9 +67,11 @@ fn each_seed_goes_its_own_way_from_bed_to_flow() {
     let output = bedload(&all);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert_eq!([summary(0, "bed"), summary(0, "flow"), summary(1, "flow")], before);
+    // As a run that was killed leaves it: it goes on from its checkpoint.
     std::fs::remove_file(run(1, "bed/summary.json")).expect("a summary");
     let output = bedload(&all);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("seed-1/bed: goes on"), "{}", said(&output));
     assert_eq!([summary(0, "bed"), summary(0, "flow")], before[..2]);
     assert!(summary(1, "flow") > before[2]);
 }
