@@ -1,5 +1,6 @@
 //! The scene of a log with other values in it, and the solver that is to read it.
 
+use bedload_output::state_of;
 use bedload_scene::{CheckedScene, SceneSource};
 use protocol::log::Manifest;
 use protocol::participant::Role;
@@ -16,13 +17,21 @@ const STARTS: [&str; 2] = ["command", "launcher"];
 /// [`Failure::Input`] where a program is named that may not be started, or the number of grains is another
 /// one.
 pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<(CheckedScene, Solver), Failure> {
+    let before = SceneSource { file: "the scene in the log".into(), text: manifest.scene.clone() }.files();
+    let same_files = |scene: &CheckedScene| match state_of(&manifest.scene) {
+        Some(state) if before == scene.source.files() => scene.refuse_changed_files(state),
+        _ => Ok(()),
+    };
     if request.overrides.is_empty() {
-        return Ok((logged(request, manifest)?, Solver::ours(request.drive)));
+        let scene = logged(request, manifest)?;
+        same_files(&scene)?;
+        return Ok((scene, Solver::ours(request.drive)));
     }
     let named = SceneSource { file: "the scene in the log".into(), text: without_commands(&manifest.scene) }
         .with_overrides(&request.overrides)?;
     let file = format!("{} (its scene, with --set)", request.log.display());
     let scene = CheckedScene::new(SceneSource { file, text: named.text_for_any_folder().into_owned() })?;
+    same_files(&scene)?;
     let solver = solver(request, &scene)?;
     let (found, wanted) = (scene.grains.len(), manifest.grains());
     if found != wanted {

@@ -125,6 +125,24 @@ impl CheckedScene {
         })
     }
 
+    /// Refuses tables that are not those that a run read of which `state_sha256` is.
+    ///
+    /// # Errors
+    /// At the first file that it reads.
+    pub fn refuse_changed_files(&self, state_sha256: &str) -> Result<(), SceneError> {
+        let then = state_sha256.split_once('-').map(|(_, files)| files);
+        let files = counted(&self.source);
+        let Some((key, _)) = files.first().filter(|_| then != self.files_sha256.as_deref()) else {
+            return Ok(());
+        };
+        let names: Vec<String> = files.iter().map(|(_, path)| path.display().to_string()).collect();
+        Err(self.source.error(
+            &key.replace("[]", "[0]"),
+            format!("the run read something else than what is there now: {}", names.join(", ")),
+            "put back what the run read, or run the scene again",
+        ))
+    }
+
     /// SHA-256 of each file that does not count in [`sha256`](Self::sha256): the last states from which a run
     /// starts, and tables that metrics read. A run that goes on needs neither states nor their folders; one
     /// that ended is the same only if they are. Empty where one cannot be read.
@@ -159,12 +177,17 @@ fn hexadecimal(bytes: &[u8]) -> String {
 
 /// SHA-256 of the files in which a scene keeps grains and values over time, one after the other.
 fn contents(source: &SceneSource) -> Option<String> {
-    let files = source.files().into_iter().filter(|(key, _)| !NO_STATE.contains(key));
-    let each: String = files
+    let each: String = counted(source)
+        .into_iter()
         .filter_map(|(_, path)| protocol::input_file::read(&path).ok())
         .map(|bytes| hexadecimal(&bytes))
         .collect();
     (!each.is_empty()).then(|| hexadecimal(each.as_bytes()))
+}
+
+/// Those files, with their keys.
+fn counted(source: &SceneSource) -> Vec<(&'static str, PathBuf)> {
+    source.files().into_iter().filter(|(key, _)| !NO_STATE.contains(key)).collect()
 }
 
 /// Files that a run does not read anew when it goes on, or that only its judge reads.

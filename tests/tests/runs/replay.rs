@@ -291,3 +291,40 @@ fn a_fluid_alone_is_logged_too() {
     ends(&replay(&log, "fluid", &["--compare"]), 0, &["no difference"]);
     ends(&replay(&log, "dem", &["--verify"]), 2, &["no dem took part"]);
 }
+
+/// What reads a run again takes the tables that its scene names: other ones than the run read are refused, unless
+/// `--set` names them.
+#[test]
+fn a_table_that_was_changed_since_the_run_is_named() {
+    let folder = Folder::new("replay-table");
+    let table =
+        |radius: f64| format!("x,y,z,radius,density\n1.0,0.0,2.0,{radius},2.0\n3.0,0.0,2.0,0.5,2.0\n");
+    folder.write("grains.csv", &table(0.5));
+    let scene = "until = 0.1\ngravity = [0.0, 0.0, -1.0]\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\n\
+                 upper = [6.0, 4.0]\nboundary = { x = \"no-slip\", z = \"no-slip\" }\n[[grain_files]]\n\
+                 file = \"grains.csv\"\n[dem.contact]\nlaw = \"linear-spring-dashpot\"\nrestitution = 0.5\n\
+                 contact_time = 1e-2\n";
+    let log = log(&folder, scene, &[]);
+    let replay = |more: &[&str]| replay(&log, "dem", more);
+    let average = || {
+        let mut command = std::process::Command::new(program("bedload-dem"));
+        command.arg("coarse-grain").arg(folder.join("run")).args(["--slabs", "4"]).output().expect("starts")
+    };
+    folder.write("grains.csv", &table(0.4));
+    let other = "dem.contact.contact_time=0.011";
+    for output in [replay(&["--verify"]), replay(&["--compare"]), replay(&["--set", other]), average()] {
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(
+            text.contains("grain_files[0].file") && text.contains("put back what the run read"),
+            "{text}"
+        );
+    }
+    let named = folder.write("named.csv", &table(0.4));
+    let output = replay(&["--set", &format!("grain_files=[{{file={named:?}}}]")]);
+    ends(&output, 0, &[]);
+    folder.write("grains.csv", &table(0.5));
+    for output in [replay(&["--verify"]), replay(&["--set", other]), average()] {
+        ends(&output, 0, &[]);
+    }
+}

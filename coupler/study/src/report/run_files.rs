@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::planes::Planes;
-use bedload_output::{Series, Summary};
+use bedload_output::{Series, Summary, state_of};
 use bedload_scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 
@@ -81,7 +81,11 @@ impl RunFiles {
         let summary = Summary::read(&dir.join("summary.json"))?;
         let mut remarks = Vec::new();
         let mut keep = |what: &str, why: &dyn std::fmt::Display| remarks.push(format!("{what}: {why}"));
-        let scene = SceneSource::read(&dir.join("scene.toml"), &[]).and_then(CheckedScene::new);
+        let scene = SceneSource::read(&dir.join("scene.toml"), &[]).and_then(|source| {
+            let scene = CheckedScene::new(source)?;
+            state_of(&scene.source.text).map_or(Ok(()), |state| scene.refuse_changed_files(state))?;
+            Ok(scene)
+        });
         let scene = scene.inspect_err(|error| keep("The scene is not shown", error)).ok();
         let series = Series::read(&dir.join("series.csv"));
         let series = series.inspect_err(|error| keep("There are no curves", error)).unwrap_or_default();
