@@ -50,10 +50,7 @@ impl Dem {
         }
         for contact in &walls {
             let (i, wall) = (contact.first as usize, &self.around.walls[contact.second as usize]);
-            if wall.acts(self.time) {
-                let gap = wall.gap(&g.position[i], g.radius[i], self.time);
-                add(contact, None, gap);
-            }
+            add(contact, None, wall.gap(&g.position[i], g.radius[i], self.time));
         }
         (energy, beyond)
     }

@@ -2,7 +2,7 @@
 //! was, to an error that falls with the sub-step.
 use crate::common::{cloud, dem, floor, law, spec};
 use dem_solver::laws::rolling::Rolling;
-use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Grain, Integrator, SpecError};
+use dem_solver::{ContactLaw, Dem, DemSpec, Dissipated, Engine, Grain, Integrator, SpecError, Wall};
 
 /// Grains apart in a periodic box, friction, dashpots both ways; t_c = 0.05, speeds of order 1.
 fn gas() -> DemSpec {
@@ -26,6 +26,14 @@ fn bed() -> DemSpec {
     }
     (set_up.walls, set_up.gravity) = (vec![floor()], [0.0, 0.0, -1.0].into());
     set_up.periods[2] = None;
+    set_up
+}
+
+/// The same, whose floor vanishes under it, with another one below.
+fn gate() -> DemSpec {
+    let mut set_up = bed();
+    let below = Wall::new([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
+    set_up.walls = vec![Wall { until: Some(2.0), ..floor() }, below];
     set_up
 }
 
@@ -54,7 +62,7 @@ fn imbalance(mut set_up: DemSpec, integrator: Integrator, time: f64, n: u32) -> 
 /// Verlet: second order, and 1e-6 of the initial energy at the finest step.
 #[test]
 fn the_balance_closes_at_second_order_with_verlet() {
-    for (name, set_up, time) in [("gas", gas(), 4.0), ("bed", bed(), 4.0)] {
+    for (name, set_up, time) in [("gas", gas(), 4.0), ("bed", bed(), 4.0), ("gate", gate(), 4.0)] {
         let runs = [50, 200, 800, 3200].map(|n| {
             let (error, lost) = imbalance(set_up.clone(), Integrator::VelocityVerlet, time, n);
             println!("{name}, t_c/{n}: {error:.2e}, taken {lost:?}");
@@ -71,7 +79,7 @@ fn the_balance_closes_at_second_order_with_verlet() {
 /// first order.
 #[test]
 fn the_balance_closes_at_first_order_with_symplectic_euler() {
-    for (name, set_up, time) in [("gas", gas(), 4.0), ("bed", bed(), 4.0)] {
+    for (name, set_up, time) in [("gas", gas(), 4.0), ("bed", bed(), 4.0), ("gate", gate(), 4.0)] {
         let runs = [50, 100, 200, 400].map(|n| {
             let (error, lost) = imbalance(set_up.clone(), Integrator::SymplecticEuler, time, n);
             println!("{name}, t_c/{n}: {error:.2e}, taken {lost:?}");

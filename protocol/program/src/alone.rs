@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use bedload_output::{Observer, OutputFolder, Sides};
-use bedload_scene::{CheckedScene, Grain, Motion, Observe, Rest};
+use bedload_scene::{Appearing, CheckedScene, Grain, Motion, Observe, Rest};
 use protocol::facts::DemFacts;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Role, Window};
@@ -118,9 +118,12 @@ pub(crate) struct AloneSchedule {
     state: AloneState,
 }
 
-/// How deep grains may lie in each other.
-#[derive(Default)]
+/// Overlap over a radius in the window in which a wall appears that says that it did so within grains.
+const OVERLAP_AT_A_WALL: f64 = 0.02;
+
+/// How deep grains may lie in each other and in walls.
 struct Overlap {
+    appearing: Appearing,
     /// Was the user told that contacts are too soft?
     told: bool,
 }
@@ -128,14 +131,19 @@ struct Overlap {
 impl Overlap {
     /// Takes the largest overlap of a window over the smaller half width.
     fn take(&mut self, window: &Window, part: f64) -> Result<(), Failure> {
-        if part <= DemFacts::MOST_OVERLAP || self.told && part <= MOST_OVERLAP {
+        let end = window.time + window.dt;
+        let appears = self.appearing.any(window.time, end);
+        let most = if appears { OVERLAP_AT_A_WALL } else { DemFacts::MOST_OVERLAP };
+        if part <= most || self.told && part <= MOST_OVERLAP {
             return Ok(());
         }
         let found = format!(
-            "overlap: grains lie {:.1} % of the smaller radius (half width) in each other in window {} (t = {} s)",
+            "overlap: grains lie {:.1} % of the smaller radius (half width) in each other or in a wall in window {} \
+             (t = {} s){}",
             100.0 * part,
             window.step,
-            window.time
+            window.time,
+            self.appearing.words(end)
         );
         let remedy = "shorten the contact time (dem.contact.contact_time), or stiffen the law";
         if part > MOST_OVERLAP {
@@ -144,8 +152,12 @@ impl Overlap {
                 100.0 * MOST_OVERLAP
             )));
         }
-        self.told = true;
-        protocol::say!("warning: {found}; contacts are softer than at 10 %: {remedy}");
+        if appears {
+            protocol::say!("warning: {found}");
+        } else {
+            self.told = true;
+            protocol::say!("warning: {found}; contacts are softer than at 10 %: {remedy}");
+        }
         Ok(())
     }
 }
@@ -167,7 +179,8 @@ impl AloneSchedule {
             |name: &str| forced.is_some_and(|names| names.iter().any(|forced| forced.as_str() == Some(name)));
         // What too few sub-steps do is told as unstable.
         let resolved = contact_time >= DemFacts::LEAST_CONTACT_STEPS * clock.substep;
-        let overlap = (resolved && !forced("overlap")).then(Overlap::default);
+        let overlap = (resolved && !forced("overlap"))
+            .then(|| Overlap { appearing: Appearing::of(&scene.scene.walls), told: false });
         let watch = (!forced(unstable::NAME))
             .then(|| (Energy::new(scene, contact_time, state.seen), Flow::new(scene, state.flow.clone())));
         let (until, observe) = (scene.scene.until, scene.scene.observe.clone());

@@ -54,6 +54,11 @@ impl Appearing {
         Self(late.map(|(index, wall)| (index, wall.from)).collect())
     }
 
+    /// Whether one appears from `start` to `end`, s.
+    pub fn any(&self, start: f64, end: f64) -> bool {
+        self.0.iter().any(|(_, from)| (start..=end).contains(from))
+    }
+
     /// What may be behind a fault up to `time`, s, for its message: the last wall that appeared. Empty where
     /// none did.
     pub fn words(&self, time: f64) -> String {

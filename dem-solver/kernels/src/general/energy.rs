@@ -12,6 +12,7 @@
 //! - A contact that ends: F_n reaches zero before the overlap does, and the normal spring then gives what
 //!   is left to its own dashpot; what is left in the tangential spring counts as sliding. Half of the last
 //!   step's part is in the kicks already, hence ½ k δ δ′ with the values before and after it.
+//!   So are contacts with a wall that vanishes.
 //!
 //! Kept by the general engine for linear contacts only, and only where asked for. Work of walls and grains
 //! that are moved from outside is no part of it.

@@ -101,6 +101,18 @@ fn wall_forces(
             let w = list.other[k] as usize;
             let (wall, stand) = (&around.walls[w], &stands[w]);
             if !wall.acts(kinematics.t) {
+                if list.touching[k]
+                    && let Some(account) = account.as_deref_mut()
+                {
+                    let gap = stand.gap(x, r);
+                    let near = Near::wall(i, stand, gap, &(x - stand.normal * (r + gap)));
+                    let mass = scene.response.effective_mass(grains, i, None);
+                    let frame = Frame { near, mass, arms: near.arms(grains), begins: false };
+                    if let Some(law) = around.law.at(mass) {
+                        let path = path_of(&frame, kinematics, list.spring[k]);
+                        account.enter(&frame, &law, path, Vec3::zeros(), (Vec3::zeros(), Vec3::zeros()));
+                    }
+                }
                 list.touching[k] = false;
                 list.spring[k] = Vec3::zeros();
                 list.rolling[k] = Vec3::zeros();
