@@ -25,11 +25,17 @@ pub(crate) fn finish(
 ) -> Result<BTreeMap<String, MetricValue>, SolverError> {
     let table = grain_files::table(dem.time(), &dem.grains, spec, &outside.sum_up(&dem.grains));
     atomic_write(&folder.grains(), table.as_bytes())?;
-    let waiting = spec.grains.len() - dem.grains.len();
-    if waiting > 0 {
-        protocol::say!(
-            "bedload-dem: {waiting} grains were not inserted: their region was full, or the run too short"
-        );
+    let there = dem.grains.len();
+    if let Some(next) = scene.inserted.get(there - scene.present()) {
+        let (waiting, time, entry) = (spec.grains.len() - there, next.time, next.insertion);
+        let why = if time <= dem.time() {
+            format!(
+                "grain {there} of insertions[{entry}], due at t = {time} s, found no place: those after it wait"
+            )
+        } else {
+            format!("the next is due at t = {time} s, after the end")
+        };
+        protocol::say!("bedload-dem: {waiting} grains were not inserted: {why}");
     }
     let Some(profile) = profile else { return Ok(BTreeMap::new()) };
     let gravity = spec.gravity.at(dem.time())[profile.axis];

@@ -285,6 +285,43 @@ fn a_wall_that_appears_in_grains_is_named() {
     assert!(output.status.code() != Some(0) && text.contains("walls[0] acts from t = 0.1 s on"), "{text}");
 }
 
+/// The plane begins a tenth of a radius within a sphere at rest, which it throws up: no law is too soft.
+#[test]
+fn a_wall_that_appears_a_little_within_a_grain_is_named() {
+    let folder = Folder::new("appears-within");
+    let more = "[[grains]]\nposition = [5.0, 5.0, 2.0]\nradius = 0.5\ndensity = 2.0\n[[walls]]\n\
+                point = [0.0, 0.0, 1.55]\nnormal = [0.0, 0.0, 1.0]\nfrom = 0.1\n";
+    let scene = folder.write("within.toml", &weightless(more, "").replace("-0.01", "0.0"));
+    let output =
+        bedload(&["run".as_ref(), scene.as_os_str(), "--out".as_ref(), folder.join("out").as_os_str()]);
+    let text = said(&output);
+    assert!(output.status.success(), "{text}");
+    assert!(
+        text.contains("or in a wall in window") && text.contains("walls[0] acts from t = 0.1 s on"),
+        "{text}"
+    );
+    assert!(!text.contains("softer"), "{text}");
+}
+
+/// Of two entries the later one has room: the message says which one holds it up.
+#[test]
+fn an_entry_without_room_is_named() {
+    let folder = Folder::new("insert-full");
+    let entry = |lower: f64, count: u32, start: f64| {
+        let [upper, top] = [lower + 2.1, 3.0];
+        format!(
+            "[[insertions]]\ncount = {count}\nlower = [{lower:?}, 1.0, 1.0]\nupper = [{upper:?}, 3.1, {top:?}]\n\
+             radius = 1.0\ndensity = 1.0\nseed = 2\nrate = 10.0\nstart = {start:?}\n"
+        )
+    };
+    let text = weightless(&[entry(1.0, 2, 0.1), entry(9.0, 1, 0.5)].concat(), "").replace("-0.01", "0.0");
+    let scene = folder.write("full.toml", &text);
+    let output =
+        bedload(&["run".as_ref(), scene.as_os_str(), "--out".as_ref(), folder.join("out").as_os_str()]);
+    let text = said(&output);
+    assert!(text.contains("2 grains were not inserted: grain 1 of insertions[0], due at t = 0.2"), "{text}");
+}
+
 /// Beads let go in mid-air are slow at first, and do not rest.
 #[test]
 fn what_is_let_go_does_not_rest_at_once() {
