@@ -199,11 +199,17 @@ impl Participant for Fluid {
         window: &Window,
         exchange: &mut dyn Exchange<Kinematics, Loads>,
     ) -> Result<WindowReport, SolverError> {
-        let report = if self.ranks.is_alone() || !self.ranks.is_first() {
+        let leads = !self.ranks.is_alone() && self.ranks.is_first();
+        if leads {
+            tell(&self.ranks, &Order::Advance(*window, rayon::current_num_threads()))?;
+        }
+        if let Some(totals) = &mut self.totals {
+            any!(&self.solver, solver => totals.begin(solver));
+        }
+        let report = if leads {
+            let exchange = &mut Leader { inner: exchange, ranks: &self.ranks };
             any!(&mut self.solver, solver => solver.advance(window, exchange))?
         } else {
-            tell(&self.ranks, &Order::Advance(*window, rayon::current_num_threads()))?;
-            let exchange = &mut Leader { inner: exchange, ranks: &self.ranks };
             any!(&mut self.solver, solver => solver.advance(window, exchange))?
         };
         if let Some((asked, axis)) = &self.planes
@@ -211,7 +217,7 @@ impl Participant for Fluid {
         {
             any!(&mut self.solver, solver => planes::write(solver, *axis, window, &self.fields))?;
         }
-        if let Some(totals) = &self.totals {
+        if let Some(totals) = &mut self.totals {
             self.measured.clear();
             any!(&self.solver, solver => totals.measure(solver, &mut self.measured));
         }
@@ -230,6 +236,7 @@ impl Participant for Fluid {
 
     fn restore(&mut self) {
         let _ = tell(&self.ranks, &Order::Restore);
+        self.totals.iter_mut().for_each(Totals::put_back);
         any!(&mut self.solver, solver => solver.restore());
     }
 
@@ -240,6 +247,7 @@ impl Participant for Fluid {
 
     fn read_checkpoint(&mut self, folder: &Path) -> Result<(), SolverError> {
         tell(&self.ranks, &Order::ReadCheckpoint(folder.into()))?;
+        self.totals.iter_mut().for_each(Totals::put_back);
         let read = any!(&mut self.solver, solver => checkpoint::read(solver, &self.scene, folder));
         self.ranks.report(read.map(|()| Vec::new())).map(drop)
     }

@@ -15,11 +15,13 @@ const SUMS: usize = 2 + 6;
 type Sums = [[f64; 3]; SUMS];
 
 /// What is asked for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Totals {
     /// The mean velocity along every axis but this one.
     across: Option<usize>,
     forces: bool,
+    /// Sums over the components after the last window; none where the state was put back since.
+    last: Option<Sums>,
 }
 
 impl Totals {
@@ -27,15 +29,26 @@ impl Totals {
         let asked = scene.scene.observe.totals.as_ref()?;
         let across = scene.scene.domain.geometry.axes().iter().position(|axis| *axis == asked.axis);
         let forces = asked.has(&Total::ON_WALLS);
-        Some(Self { across: across.filter(|_| asked.has(&[Total::FluidFlux])), forces })
+        Some(Self { across: across.filter(|_| asked.has(&[Total::FluidFlux])), forces, last: None })
     }
 
-    /// The values now. Every rank must call it; one adds its planes after the other.
-    pub(crate) fn measure<const D: usize>(&self, solver: &Solver<D>, out: &mut Vec<f64>) {
-        let grid = solver.grid();
+    /// The state is another one than after the last window.
+    pub(crate) fn put_back(&mut self) {
+        self.last = None;
+    }
+
+    /// Before a window. Every rank must call it.
+    pub(crate) fn begin<const D: usize>(&mut self, solver: &Solver<D>) {
+        if self.forces && self.last.is_none() {
+            self.last = Some(self.components(solver));
+        }
+    }
+
+    /// Sums over the components; one rank adds its planes after the other.
+    fn components<const D: usize>(&self, solver: &Solver<D>) -> Sums {
         let mut sums = Sums::default();
         let flat = sums.as_flattened_mut();
-        grid.division.ranks().relay(flat, |flat| {
+        solver.grid().division.ranks().relay(flat, |flat| {
             let sums: &mut Sums = flat.as_chunks_mut().0.try_into().expect("as many as there are");
             // A component is summed from below, by one thread.
             let mut columns: [_; D] = std::array::from_fn(|d| sums.each_ref().map(|sums| sums[d]));
@@ -46,8 +59,25 @@ impl Totals {
             for (d, column) in columns.iter().enumerate() {
                 sums.iter_mut().zip(column).for_each(|(sums, sum)| sums[d] = *sum);
             }
-            self.add_pressure(solver, sums);
         });
+        sums
+    }
+
+    /// After a window: what the fluid is now, and the mean forces over the window, the friction by those at its
+    /// ends. Every rank must call it.
+    pub(crate) fn measure<const D: usize>(&mut self, solver: &Solver<D>, out: &mut Vec<f64>) {
+        let grid = solver.grid();
+        let mut sums = self.components(solver);
+        if let Some(before) = self.last.replace(sums) {
+            for (now, before) in sums[2..].as_flattened_mut().iter_mut().zip(before[2..].as_flattened()) {
+                *now = 0.5 * (before + *now);
+            }
+        }
+        if self.forces {
+            grid.division.ranks().relay(sums.as_flattened_mut(), |flat| {
+                self.add_pressure(solver, flat.as_chunks_mut().0.try_into().expect("as many as there are"));
+            });
+        }
         let beyond = if self.forces { solver.beyond_stress() } else { None };
         for (sum, push) in sums[2..].iter_mut().zip(beyond.iter().flatten().flatten()) {
             sum.iter_mut().zip(push).for_each(|(sum, push)| *sum += solver.density() * push);
@@ -110,7 +140,7 @@ impl Totals {
     /// Pressure on walls, whose slope across them is zero.
     fn add_pressure<const D: usize>(&self, solver: &Solver<D>, sums: &mut Sums) {
         let (grid, p) = (solver.grid(), solver.pressure());
-        for row in grid.own_rows().filter(|_| self.forces) {
+        for row in grid.own_rows() {
             let rest = [0, row % grid.cells[1], row / grid.cells[1]];
             let face = |a: usize, side: usize| if side == 0 { 0 } else { grid.cells[a] - 1 };
             let wall = |a: usize, side: usize| is_wall(&grid.boundaries[a][side]);

@@ -1,5 +1,6 @@
 //! A suspension that is sheared between walls, with the real programs: totals of the bed and stresses.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use bedload_output::planes::Planes;
@@ -301,6 +302,35 @@ fn open_faces_have_their_part_of_walls_and_planes() {
         let stress = three[1].stresses.expect("stresses").parts[0][0];
         assert!((stress - slope).abs() < 1e-3 * 6.0, "{stress} for {slope}");
     }
+}
+
+/// Over a part of a period of a wall that swings in deep fluid the mean friction on it is that of Stokes (1851),
+/// −μ A k L ⟨sin ωt + cos ωt⟩, k² = ω/2ν: a window's is its mean, whatever its length. A run in two parts has
+/// the same.
+#[test]
+fn the_friction_of_a_window_is_its_mean() {
+    let folder = Folder::new("totals-friction");
+    let text = "until = 2.5\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [0.4, 2.0]\n\
+        cells = [8, 40]\n[domain.boundary]\nx = \"periodic\"\nz_lower = { type = \"no-slip\", velocity = { \
+        amplitude = [0.1, 0.0, 0.0], frequency = 1.0 } }\nz_upper = \"free-slip\"\n[medium]\ndensity = 1.0\n\
+        viscosity = 0.25\n[fluid]\ntime = { dt = 0.03125, viscosity = \"implicit\" }\n[observe]\n\
+        totals = { columns = [\"wall-force\"] }\n[[metrics]]\nname = \"mean\"\nkind = \"mean\"\n\
+        column = \"wall_force_z_lower_x\"\nfrom = 2.125\n";
+    let scene = folder.write("friction.toml", text);
+    let [whole, parts] = ["whole", "parts"].map(|name| folder.join(name));
+    run(&["run", path(&scene), "--out", path(&whole), "--no-record"]);
+    let mean = Summary::read(&whole.join("summary.json")).expect("a summary").metrics["mean"].value;
+    let (omega, k) = (2.0 * PI, (PI / 0.25).sqrt());
+    let phases = ((PI / 4.0).cos() + 1.0 - (PI / 4.0).sin()) / omega / 0.375;
+    let exact = -0.25 * 0.1 * k * 0.4 * phases;
+    assert!((mean.expect("a mean") / exact - 1.0).abs() < 0.03, "{mean:?} for {exact}");
+    run(&["run", path(&scene), "--out", path(&parts), "--no-record", "--until", "1.25"]);
+    run(&["run", path(&scene), "--out", path(&parts), "--no-record", "--resume"]);
+    let force = |out: &Path| {
+        let series = Series::read(&out.join("series.csv")).expect("a series");
+        series.column("wall_force_z_lower_x").expect("a force").to_vec()
+    };
+    assert_eq!(force(&whole), force(&parts));
 }
 
 /// What is asked of grains, or of an exchange, and cannot come is told.

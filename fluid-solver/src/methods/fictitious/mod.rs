@@ -131,7 +131,7 @@ pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
     if let Some(grain) = scene.grains.iter().position(|grain| is_cut(domain, grain)) {
         return Err(source.error(
             &format!("grains[{grain}].position"),
-            "is so near a no-slip face that it cuts the grain; allowed with fluid.method = \
+            "is so near a no-slip or free-slip face that it cuts the grain; allowed with fluid.method = \
              \"fictitious-domain\": whole grains, as points behind a wall hold the fluid before it",
             "move the grain in, or take fluid.method = \"calibrated\"",
         ));
@@ -139,12 +139,14 @@ pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Whether a no-slip face cuts a grain that stays or is driven there.
+/// Whether a no-slip or free-slip face cuts a grain that stays or is driven there.
 fn is_cut(domain: &Domain, grain: &bedload_scene::Grain) -> bool {
     let cut = |(axis, up): (usize, [f64; 3])| {
         let [down, up] = [up.map(|part| -part), up].map(|way| (1.0 - SLIGHT) * grain.reach_along(way));
         let (at, faces) = (grain.position[domain.geometry.component(axis)], domain.boundary(axis));
-        let holds = |face: Option<&Face>| face.is_some_and(|face| face.kind == WallKind::NoSlip);
+        let holds = |face: Option<&Face>| {
+            face.is_some_and(|face| matches!(face.kind, WallKind::NoSlip | WallKind::FreeSlip))
+        };
         let lower = holds(faces.as_ref().and_then(|faces| faces.lower.as_ref()));
         let upper = holds(faces.as_ref().map(|faces| &faces.upper));
         lower && at - down < domain.lower[axis] || upper && at + up > domain.upper[axis]

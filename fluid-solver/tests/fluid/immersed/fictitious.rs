@@ -163,6 +163,13 @@ fn what_it_cannot_do_is_refused_by_key() {
         assert_eq!(error.key, key, "{}", error.message);
         assert!(error.message.contains(part) && !error.remedy.is_empty(), "{}", error.message);
     }
+    // A face cuts the first one.
+    for face in ["no-slip", "free-slip"] {
+        let text = pair(1.5, "").replacen("radius = 0.25", "radius = 0.25\nmotion = \"prescribed\"", 1);
+        let text = text.replace("x = \"periodic\"", &format!("x = \"{face}\""));
+        let error = facts(&try_scene(&text).expect("the shared part is right")).expect_err(face);
+        assert!(error.key == "grains[0].position" && error.message.contains(face), "{}", error.message);
+    }
     let told = facts(&try_scene(&pair(1.5, "")).expect("a scene")).expect("facts");
     assert_eq!(told.schemes, [protocol::scheme::Scheme::SemiImplicit], "windows are not repeated");
 }
