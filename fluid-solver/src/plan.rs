@@ -145,7 +145,8 @@ impl Plan {
     ///
     /// It is a level. While the time since the start bounds it, or nearly so, it follows that; later it stays
     /// the same while it is allowed and twice its length is not: a new length costs the carried force a few
-    /// steps.
+    /// steps. One that was no level the end of a run had cut, by half at most: what goes on past that has a
+    /// whole one.
     pub fn next(&self, previous: f64, time: f64, allowed: f64, part: f64) -> f64 {
         if let Some(dt) = self.fixed {
             return dt;
@@ -153,7 +154,8 @@ impl Plan {
         let by_age = OF_AGE * (time + self.age);
         let settled = part == 1.0 && PATIENCE * by_age >= allowed;
         if settled && previous <= allowed && previous >= PATIENCE * allowed {
-            return previous;
+            let whole = if previous == level(previous) { 0.0 } else { level(allowed.min(2.0 * previous)) };
+            return previous.max(whole);
         }
         level((part * allowed).min(by_age).min(GROWTH * previous))
     }
@@ -310,6 +312,17 @@ mod tests {
         assert_eq!(step(-0.05, -0.1), level(0.05 / 0.15));
         // One that slows down, or bounces, is as fast as it is.
         assert_eq!(step(-0.2, 0.1), level(0.5));
+    }
+
+    /// The last two windows before an end share what is left.
+    #[test]
+    fn what_goes_on_past_an_end_has_a_whole_step() {
+        for cut in [0.26, 0.3, 0.4] {
+            assert_eq!(PLAN.next(cut, 0.0, 0.5, 1.0), 0.5, "{cut}");
+            assert_eq!(PLAN.next(cut, 0.0, 0.47, 1.0), level(0.47), "{cut}");
+        }
+        // Shortened by another solver a little below a level: as it was.
+        assert_eq!(PLAN.next(0.46, 0.0, 0.47, 1.0), 0.46);
     }
 
     #[test]

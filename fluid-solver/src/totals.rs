@@ -63,7 +63,7 @@ impl Totals {
         sums
     }
 
-    /// After a window: what the fluid is now, and the mean forces over the window, the friction by those at its
+    /// After a window: what the fluid is now, and the mean forces over the window, friction by those at its
     /// ends. Every rank must call it.
     pub(crate) fn measure<const D: usize>(&mut self, solver: &Solver<D>, out: &mut Vec<f64>) {
         let grid = solver.grid();

@@ -200,8 +200,8 @@ impl Task {
         self.summary(scene).filter(|_| self.origin().read(inputs))
     }
 
-    /// Whether a run of `origin` that ended on the way goes on: it left a checkpoint, and began with this build,
-    /// scene and inputs.
+    /// Whether a run of `origin` that ended on the way goes on: it left a checkpoint, and began with this
+    /// build, scene and inputs.
     fn goes_on(&self, left: Option<&Summary>, origin: &Origin) -> bool {
         let began = self.origin();
         let same = began.commit == origin.commit && began.scene == origin.scene && began.read(&origin.inputs);

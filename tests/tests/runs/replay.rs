@@ -292,8 +292,8 @@ fn a_fluid_alone_is_logged_too() {
     ends(&replay(&log, "dem", &["--verify"]), 2, &["no dem took part"]);
 }
 
-/// What reads a run again takes the tables that its scene names: other ones than the run read are refused, unless
-/// `--set` names them.
+/// What reads a run again takes the tables that its scene names: other ones than the run read are refused,
+/// unless `--set` names them.
 #[test]
 fn a_table_that_was_changed_since_the_run_is_named() {
     let folder = Folder::new("replay-table");

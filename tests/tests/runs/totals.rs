@@ -304,9 +304,9 @@ fn open_faces_have_their_part_of_walls_and_planes() {
     }
 }
 
-/// Over a part of a period of a wall that swings in deep fluid the mean friction on it is that of Stokes (1851),
-/// −μ A k L ⟨sin ωt + cos ωt⟩, k² = ω/2ν: a window's is its mean, whatever its length. A run in two parts has
-/// the same.
+/// Over a part of a period of a wall that swings in deep fluid the mean friction on it is that of Stokes
+/// (1851), −μ A k L ⟨sin ωt + cos ωt⟩, k² = ω/2ν: a window's is its mean, whatever its length. A run in two
+/// parts has the same.
 #[test]
 fn the_friction_of_a_window_is_its_mean() {
     let folder = Folder::new("totals-friction");

@@ -94,11 +94,16 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
         format_args!("is {:?}; the axes of this geometry are {axes:?}", planes.axis),
         "name one of them",
     )?;
-    if planes.stress { across_walls(scene, source, "observe.planes.axis", planes.axis) } else { Ok(()) }
+    let otherwise = ", or leave out observe.planes.stress";
+    if planes.stress {
+        across_walls(scene, source, ("observe.planes.axis", planes.axis), otherwise)
+    } else {
+        Ok(())
+    }
 }
 
 /// Planes whose stresses are counted from the upper face end at a wall on both sides.
-fn across_walls(scene: &Scene, source: &SceneSource, key: &str, axis: Axis) -> Check {
+fn across_walls(scene: &Scene, source: &SceneSource, (key, axis): (&str, Axis), otherwise: &str) -> Check {
     let domain = &scene.domain;
     let place = domain.geometry.axes().iter().position(|known| *known == axis);
     let faces = place.filter(|_| domain.geometry != Geometry::Axisymmetric);
@@ -111,7 +116,7 @@ fn across_walls(scene: &Scene, source: &SceneSource, key: &str, axis: Axis) -> C
         !walls,
         key,
         format_args!("is \"{}\", where there is no wall on both sides", axis.name()),
-        "name an axis of a plane or of space whose faces are no-slip or free-slip",
+        &format!("name an axis of a plane or of space whose faces are no-slip or free-slip{otherwise}"),
     )
 }
 
@@ -125,7 +130,7 @@ fn observed_totals(scene: &Scene, source: &SceneSource) -> Check {
         if repeated { "holds a column twice" } else { "is empty: no column is chosen" },
         "name each column that is wanted once",
     )?;
-    across_walls(scene, source, "observe.totals.axis", totals.axis)?;
+    across_walls(scene, source, ("observe.totals.axis", totals.axis), "")?;
     source.refuse_if(
         !(totals.surface > 0.0 && totals.surface < 1.0),
         "observe.totals.surface",
