@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use bedload_scene::{CheckedScene, Motion, Observe};
+use bedload_scene::{CheckedScene, Grain, Motion, Observe};
 use protocol::message::{Header, Kinematics, Loads};
 use protocol::participant::Window;
 use protocol::scheme::Scheme;
@@ -25,13 +25,17 @@ const GROWTH: f64 = 1.25;
 /// How long nothing can begin to touch.
 ///
 /// Relative motion over T is at most V T + ½ A T², V and A the largest relative speed and
-/// acceleration. Both are doubled: V for what the fluid's memory may add, A because loads change.
+/// acceleration; of bodies that are not round those of their farthest points, which spin moves. Both are
+/// doubled: V for what the fluid's memory may add, A because loads change.
 #[derive(Clone, Debug)]
 pub struct ContactFreeHorizon {
     /// Gap at which contact or lubrication begins, m.
     range: f64,
     gravity: f64,
     masses: Vec<f64>,
+    /// How far from its centre each grain reaches, m, and the square of its radius of gyration, m², where it is
+    /// not round; 0 and 1 of what is.
+    reaches: Vec<(f64, f64)>,
     /// Acceleration that the scene prescribes, by grain, m/s².
     swings: Vec<f64>,
     wall_speed: f64,
@@ -43,6 +47,9 @@ impl ContactFreeHorizon {
     /// For a scene whose contact and lubrication begin at the gap `range`.
     pub fn new(scene: &CheckedScene, range: f64) -> Self {
         let held = |motion: Motion| motion != Motion::Free;
+        let arm = |grain: &Grain| {
+            if grain.shape.is_round() { (0.0, 1.0) } else { (grain.radius, grain.gyration()) }
+        };
         let (walls, until) = (scene.contact_walls(), scene.scene.until);
         Self {
             range,
@@ -52,20 +59,27 @@ impl ContactFreeHorizon {
                 .iter()
                 .map(|grain| if held(grain.motion) { f64::INFINITY } else { grain.mass() })
                 .collect(),
-            swings: scene.grains.iter().map(|grain| grain.velocity.fastest(until)).collect(),
+            swings: scene
+                .grains
+                .iter()
+                .map(|grain| grain.velocity.fastest(until) + arm(grain).0 * grain.spin.fastest(until))
+                .collect(),
+            reaches: scene.grains.iter().map(arm).collect(),
             wall_speed: scene.wall_speed(until),
             wall_acceleration: walls.iter().map(|wall| wall.velocity.fastest(until)).fold(0.0, f64::max),
         }
     }
 
-    /// Largest acceleration of grain `index` under `load`: weight and twice the load on the dry mass,
-    /// or what the scene prescribes.
-    fn acceleration(&self, index: usize, load: &Loads) -> f64 {
-        let mass = self.masses[index];
+    /// Largest acceleration of a point of grain `index` with `spin` under `load`: weight and twice the load on
+    /// the dry mass, or what the scene prescribes.
+    fn acceleration(&self, index: usize, load: &Loads, spin: f64) -> f64 {
+        let (mass, (reach, gyration)) = (self.masses[index], self.reaches[index]);
+        let turn = reach * spin * spin;
         if mass.is_infinite() {
-            return self.swings[index];
+            return self.swings[index] + turn;
         }
-        self.gravity + 2.0 * norm(&load.force) / mass
+        let about = reach * 2.0 * norm(&load.torque) / (mass * gyration);
+        self.gravity + 2.0 * norm(&load.force) / mass + turn + about
     }
 
     /// Time, counted from the end of the window of these messages, in which nothing can begin to
@@ -82,8 +96,11 @@ impl ContactFreeHorizon {
         if room.is_nan() || room <= 0.0 {
             return 0.0;
         }
-        let speeds = kinematics.iter().map(|grain| norm(&grain.velocity));
-        let accelerations = loads.iter().enumerate().map(|(index, load)| self.acceleration(index, load));
+        let moving = || kinematics.iter().map(|grain| (norm(&grain.velocity), norm(&grain.spin)));
+        let speeds = moving().zip(&self.reaches).map(|((speed, spin), (reach, _))| speed + reach * spin);
+        let accelerations = loads.iter().zip(moving()).enumerate();
+        let accelerations =
+            accelerations.map(|(index, (load, (_, spin)))| self.acceleration(index, load, spin));
         let (v, a) =
             (largest_pair(speeds, self.wall_speed), largest_pair(accelerations, self.wall_acceleration));
         time_to_cover(room, 2.0 * v, 2.0 * a)

@@ -264,16 +264,19 @@ fn spec(scene: &CheckedScene, dem: &mut DemSection) -> Result<DemSpec, SceneErro
 
 /// The lubrication that the fluid does not resolve.
 fn default_lubrication(scene: &CheckedScene) -> Lubrication {
-    let largest = scene.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    let radii = || scene.grains.iter().map(|grain| grain.radius);
+    let (smallest, largest) = (radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max));
     let round = scene.grains.iter().all(|grain| grain.shape.is_round());
     if scene.scene.medium.is_none() || largest == 0.0 || !round {
         return Lubrication::None;
     }
-    let cells = |count: f64, most: f64| (count * coarsest_spacing(scene) / largest).min(most);
-    let settings = LubricationSettings::new(ROUGHNESS);
     let plane = scene.scene.domain.geometry == Geometry::Plane;
-    let cut_off = if plane { cells(2.0, 0.5) } else { cells(4.0, 0.8) };
-    Lubrication::Complement(LubricationSettings { cut_off, ..settings })
+    let (count, most) = if plane { (2.0, 0.5) } else { (4.0, 0.8) };
+    let cells = count * coarsest_spacing(scene);
+    let cut_off = (cells / smallest).min(most);
+    // As many cells between large grains as between small ones.
+    let longest = (smallest < largest).then_some(cells);
+    Lubrication::Complement(LubricationSettings { cut_off, longest, ..LubricationSettings::new(ROUGHNESS) })
 }
 
 /// Widest cell near the grains, m.

@@ -6,12 +6,14 @@
 use bedload_scene::speeds::{norm, start, volume};
 use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion, peak_of_sum};
 
-/// Largest speed that the scene itself names, m/s: of grains, faces and the flow at the start. Nothing is
+/// Largest speed that the scene itself names, m/s: of grains and their surfaces, faces and the flow at the start. Nothing is
 /// estimated, so that a bound on it refuses only what is certain.
 pub(crate) fn named(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let until = scene.scene.until;
-    let grains = scene.grains.iter().map(|grain| grain.velocity.largest(until));
+    let grains = scene.grains.iter();
+    let grains =
+        grains.map(|grain| grain.velocity.largest(until).max(grain.spin.largest(until) * grain.radius));
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
         [faces.lower, Some(faces.upper)].into_iter().flatten().map(|face| face.velocity.largest(until))
     });

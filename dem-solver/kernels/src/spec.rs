@@ -139,7 +139,7 @@ impl DemSpec {
     /// Largest gap at which a force acts, m: beyond it gaps are not watched.
     #[must_use]
     pub fn range(&self) -> f64 {
-        let lubrication = self.lubrication.settings().map_or(0.0, |it| it.cut_off * self.largest_radius());
+        let lubrication = self.lubrication_model().map_or(0.0, |model| model.reach(self.largest_radius()));
         lubrication.max(self.contact.range())
     }
 
@@ -159,6 +159,7 @@ impl DemSpec {
             shape: self.shape,
             roughness: settings.roughness,
             cut_off: settings.cut_off,
+            longest: settings.longest.unwrap_or(f64::INFINITY),
             resolved_length: settings.resolved_length.unwrap_or(f64::INFINITY),
             line: self.line_resolution,
             // Beds of discs tremble with it at steps that they bear without (docs/decisions/line-film.md).

@@ -12,6 +12,7 @@ fn model(roughness: f64, shape: Shape) -> LubricationModel {
         shape,
         roughness,
         cut_off: 0.5,
+        longest: f64::INFINITY,
         resolved_length: f64::INFINITY,
         line: dem_solver::LineResolution::MASK,
         tangential: false,

@@ -1,6 +1,7 @@
 //! Insertions, rough walls, copies and hand-over from run to run, through the participant.
 use bedload_program::alone::StandIn;
 use bedload_scene::{CheckedScene, Motion, Rest, SceneError, SceneSource};
+use dem_solver::config::Config;
 use dem_solver::participant::DemParticipant;
 use protocol::message::{Kinematics, Loads};
 use protocol::participant::{Participant, Window};
@@ -15,6 +16,30 @@ const INSERTION: &str = "[[insertions]]\ncount = 60\nlower = [0.1, 0.1, 2.0]\nup
 
 fn read(text: &str) -> Result<CheckedScene, SceneError> {
     CheckedScene::new(SceneSource { file: "s.toml".into(), text: text.into() })
+}
+
+/// A large grain far away takes nothing from the film between small ones: four cells, at most 0.8 R.
+#[test]
+fn the_default_film_of_small_grains_is_theirs_beside_large_ones() {
+    let film = |more: &str, pair: [f64; 2]| {
+        let text = format!(
+            "{}[medium]\ndensity = 1.0\nviscosity = 1.0\n[[grains]]\nposition = [0.3, 0.3, 0.3]\nradius = 0.05\n\
+             density = 2.0\n{more}",
+            BOX.replace("boundary", "cells = [100, 100, 300]\nboundary")
+        );
+        let spec = Config::new(&read(&text).expect("a scene")).expect("reads").spec;
+        (spec.lubrication_model().expect("a film").law(pair[0], pair[1]).cut_off, spec.range())
+    };
+    let large = "[[grains]]\nposition = [0.5, 0.5, 2.0]\nradius = 0.4\ndensity = 2.0\nmotion = \"fixed\"\n";
+    let small = "[[grains]]\nposition = [0.8, 0.8, 0.3]\nradius = 0.02\ndensity = 2.0\n";
+    let near = |found: (f64, f64), wanted: [f64; 2]| {
+        assert!((found.0 - wanted[0]).abs() < 1e-15 && (found.1 - wanted[1]).abs() < 1e-15, "{found:?}");
+    };
+    near(film("", [0.05, f64::INFINITY]), [0.04, 0.04]);
+    near(film(large, [0.05, f64::INFINITY]), [0.04, 0.04]);
+    near(film(large, [0.05, 0.4]), [0.04, 0.04]);
+    near(film(small, [0.02, 0.02]), [0.016, 0.04]);
+    near(film(small, [0.05, 0.05]), [0.04, 0.04]);
 }
 
 /// An empty folder, gone when the value is dropped.

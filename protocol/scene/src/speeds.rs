@@ -39,13 +39,27 @@ impl Speeds {
         let flow = named.max(start + driven(scene));
         let falls = falls(scene).into_iter().fold(0.0, f64::max);
         let until = scene.scene.until;
-        let mut thrown: Vec<f64> = scene.grains.iter().map(|grain| grain.velocity.largest(until)).collect();
+        let surface = |grain: &Grain| grain.spin.largest(until) * grain.radius;
+        // The spin of what is not round moves it against others.
+        let turns = |grain: &Grain| if grain.shape.is_round() { 0.0 } else { surface(grain) };
+        let thrown = |grain: &Grain| grain.velocity.largest(until) + turns(grain);
+        let mut thrown: Vec<f64> = scene.grains.iter().map(thrown).collect();
         thrown.sort_by(|a, b| b.total_cmp(a));
-        let fastest = thrown.first().copied().unwrap_or(0.0);
-        let meeting = fastest + thrown.get(1).copied().unwrap_or(0.0).max(scene.wall_speed(until));
+        let [fastest, second] = [0, 1].map(|place| thrown.get(place).copied().unwrap_or(0.0));
+        let meeting = fastest + second.max(scene.wall_speed(until));
+        // Walls that slide along themselves meet nothing.
+        let walls = scene.contact_walls();
+        let nearing =
+            walls.iter().map(|wall| wall.nearing_speed(&scene.scene.domain, until)).fold(0.0, f64::max);
         let grain = fastest.max(falls);
-        let undriven = named.max(grain);
-        Self { flow, grain, approach: meeting.max(falls), undriven, named_approach: meeting }
+        let undriven = scene.grains.iter().map(surface).fold(named.max(grain), f64::max);
+        Self {
+            flow,
+            grain,
+            approach: meeting.max(falls),
+            undriven,
+            named_approach: fastest + second.max(nearing),
+        }
     }
 
     /// The largest.

@@ -23,6 +23,16 @@ impl Wall {
         self.velocity.largest(until) + servo + turning
     }
 
+    /// Largest speed along its normal up to `until`, s: of one that turns that of its surface in the box.
+    pub fn nearing_speed(&self, domain: &Domain, until: f64) -> f64 {
+        if !self.spin.is_zero() {
+            return self.largest_speed(domain, until);
+        }
+        let along = |velocity: &[f64; 3]| (0..3).map(|c| self.normal[c] * velocity[c]).sum::<f64>();
+        let servo = self.servo.as_ref().map_or(0.0, |servo| servo.largest_speed);
+        self.velocity.map(along).largest(until) / length(&self.normal) + servo
+    }
+
     /// Area on which a servo acts, m² (plane: m): as given, or the cross-section of the box.
     pub fn area(&self, domain: &Domain) -> Option<f64> {
         let across = (0..domain.dimensions()).filter(|axis| {

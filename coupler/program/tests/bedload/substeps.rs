@@ -125,6 +125,28 @@ fn a_prescribed_swing_and_a_moving_wall_count() {
     assert_eq!(rule.contact_free_for(&[Loads::default()], &[lost]), 0.0, "NaN is no room");
 }
 
+/// A rectangle that spins beside the floor reaches it by its corner, by its spin alone; a disc does not.
+#[test]
+fn the_spin_of_a_body_counts() {
+    let rule = |shape: &str| {
+        let text = format!(
+            "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [8.0, 8.0]\n\
+             boundary = {{ x = \"periodic\", z = \"no-slip\" }}\n[[grains]]\nposition = [4.0, 0.0, 1.0]\n{shape}\n\
+             density = 2.0\n"
+        );
+        let scene = CheckedScene::new(SceneSource { file: "spin.toml".into(), text }).unwrap();
+        ContactFreeHorizon::new(&scene, 0.1)
+    };
+    let turning = Kinematics { gap: 0.5, spin: [0.0, 3.0, 0.0], ..Kinematics::default() };
+    let load = Loads { torque: [0.0, 2.0, 0.0], ..Loads::default() };
+    assert_eq!(rule("radius = 0.5").contact_free_for(&[load], &[turning]), f64::INFINITY);
+    let quiet = rule("shape = \"rectangle\"\nsides = [2.0, 1.0]").contact_free_for(&[load], &[turning]);
+    // R = √5/2, I = m (4 + 1)/12 with m = 4: twice ω R, and twice ω² R + 2 R M/I.
+    let (reach, inertia) = (1.25f64.sqrt(), 4.0 * 5.0 / 12.0);
+    let (v, a) = (2.0 * 3.0 * reach, 2.0 * (9.0 * reach + 2.0 * reach * 2.0 / inertia));
+    assert!((v * quiet + 0.5 * a * quiet * quiet - 0.4).abs() < 1e-12, "{quiet}");
+}
+
 fn plan(dt: f64, dt_dem: f64, until: f64, adaptive: bool) -> Plan {
     Plan {
         participants: Participants::Coupled,

@@ -78,6 +78,8 @@ pub struct LubricationModel {
     pub roughness: f64,
     /// δ_c/R.
     pub cut_off: f64,
+    /// Largest δ_c, m.
+    pub longest: f64,
     /// L of `complement`, m; infinite otherwise.
     pub resolved_length: f64,
     /// What the flow resolves of the films of discs.
@@ -97,13 +99,19 @@ impl LubricationModel {
         }
     }
 
+    /// δ_c between grains of mean radius `scale`, m.
+    #[inline(always)]
+    pub(crate) fn reach(&self, scale: f64) -> f64 {
+        (self.cut_off * scale).min(self.longest)
+    }
+
     /// Coefficients of the gap between radii `a` and `b` (infinite for a wall).
     #[inline(always)]
     #[must_use]
     pub fn law(&self, a: f64, b: f64) -> LubricationLaw {
         let (scale, reduced) = if b.is_infinite() { (a, a) } else { (0.5 * (a + b), a * b / (a + b)) };
         let roughness = self.roughness * scale;
-        let cut_off = self.cut_off * scale;
+        let cut_off = self.reach(scale);
         let coefficient = match self.shape {
             Shape::Sphere => 6.0 * PI * self.viscosity * reduced * reduced,
             Shape::Disc => 3.0 * std::f64::consts::SQRT_2 * PI * self.viscosity * reduced * reduced.sqrt(),

@@ -26,6 +26,9 @@ pub struct LubricationSettings {
     /// Gap over radius δ_c/R beyond which lubrication does not act; Izard et al. (2014) take ½.
     #[serde(default = "default_cut_off")]
     pub cut_off: f64,
+    /// Gap beyond which it does not act whatever the radii, m; none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest: Option<f64>,
     /// Length L below which the flow does not resolve the gap, m (`complement` only); by default one
     /// cell, as measured with the default width ½ of the mask. In general (0.43 + 1.14 width) cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,6 +59,7 @@ impl LubricationSettings {
         Self {
             roughness,
             cut_off: default_cut_off(),
+            longest: None,
             resolved_length: None,
             tangential: None,
             sweeps: default_sweeps(),
@@ -88,7 +92,8 @@ impl Lubrication {
         if !(settings.roughness > 0.0 && settings.roughness.is_finite()) {
             return bad("roughness", settings.roughness, "positive (real grains: 1e-6 to 1e-3)");
         }
-        SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off)])?;
+        let longest = settings.longest.unwrap_or(settings.cut_off);
+        SpecError::unless_positive("lubrication", &[("cut_off", settings.cut_off), ("longest", longest)])?;
         if settings.tangential == Some(true) && !self.is_tangential() {
             return bad("tangential", 1.0, "false: only form = \"complement\" has that film");
         }

@@ -216,6 +216,7 @@ mod tests {
             shape: Shape::Sphere,
             roughness: 0.0,
             cut_off: 1.0,
+            longest: f64::INFINITY,
             resolved_length: 0.2,
             line: LineResolution::MASK,
             tangential: true,

@@ -43,6 +43,27 @@ fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
     assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
 }
 
+/// The surface of a disc that spins moves the fluid, not the disc against others; that of a rectangle does both.
+/// A wall that slides along itself meets nothing.
+#[test]
+fn spin_and_sliding_walls_count_where_they_act() {
+    let speeds = |grain: &str, lid: [f64; 3]| {
+        let text = format!(
+            "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0, 0]\nupper = [4, 8]\ncells = [8, 16]\n\
+             [domain.boundary]\nx = \"periodic\"\nz_lower = \"no-slip\"\nz_upper = {{ type = \"no-slip\", velocity = \
+             {lid:?} }}\n[medium]\ndensity = 1.0\nviscosity = 1.0\n[[grains]]\nposition = [2, 0, 4]\n{grain}\n\
+             density = 2.0\nspin = [0.0, 6.0, 0.0]\nmotion = \"prescribed\"\n"
+        );
+        Speeds::of(&CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect("a scene"))
+    };
+    let disc = speeds("radius = 0.5", [0.0; 3]);
+    assert_eq!((disc.undriven, disc.named_approach), (3.0, 0.0), "{disc:?}");
+    let rectangle = speeds("shape = \"rectangle\"\nsides = [1.6, 1.2]", [0.0; 3]);
+    assert!((rectangle.undriven - 6.0).abs() < 1e-12 && (rectangle.named_approach - 6.0).abs() < 1e-12);
+    let slides = speeds("radius = 0.5", [5.0, 0.0, 0.0]);
+    assert_eq!((slides.named_approach, slides.approach), (0.0, 5.0), "{slides:?}");
+}
+
 /// Gravity of one length that turns: the speed along each axis is that of its own largest component, in both
 /// directions.
 #[test]
