@@ -30,7 +30,8 @@ pub(crate) fn finish(
         let (waiting, time, entry) = (spec.grains.len() - there, next.time, next.insertion);
         let why = if time <= dem.time() {
             format!(
-                "grain {there} of insertions[{entry}], due at t = {time} s, found no place: those after it wait"
+                "grain {there} of insertions[{entry}], due at t = {time} s, has found no place yet, or its batch is \
+                 to come: those after it wait"
             )
         } else {
             format!("the next is due at t = {time} s, after the end")

@@ -245,7 +245,9 @@ impl Bed {
             free: grain.motion == Motion::Free,
         };
         let grains: Vec<Counted> = scene.grains.iter().map(counted).collect();
-        let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len().max(1) as f64;
+        // Of those that are there at the start; where none is, of all.
+        let known = Some(&grains[..scene.present()]).filter(|there| !there.is_empty()).unwrap_or(&grains);
+        let mean = known.iter().map(|grain| grain.radius).sum::<f64>() / known.len().max(1) as f64;
         let bins = if mean > 0.0 { ((upper - lower) / mean).ceil().min(MOST_PLANES) as usize } else { 0 };
         let thickness = if domain.cells.is_empty() { mean } else { domain.spacing(axis) };
         let planes = if thickness > 0.0 { ((upper - lower) / thickness).round().max(1.0) } else { 1.0 };

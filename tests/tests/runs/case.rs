@@ -100,3 +100,18 @@ fn two_cases_of_one_name_are_refused() {
     assert_eq!(code, Some(2), "{text}");
     assert!(text.contains("case.name") && text.contains("one.toml"), "{text}");
 }
+
+/// A run that fails fails its case, though no check is about it.
+#[test]
+fn a_run_that_fails_is_named_without_a_check_of_it() {
+    let folder = Folder::new("case-unchecked");
+    folder.write("fall.toml", SCENE);
+    let text = CASE.replace("run = \"*\"", "run = \"a\"").replace(
+        "label = \"a\"\n",
+        "label = \"a\"\n[[case.runs]]\nlabel = \"b\"\nset = [\"dem.contact.contact_time=0\"]\n",
+    );
+    let case = folder.write("case.toml", &text);
+    let (code, text) = validate(&folder, &[&case]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("fall/b failed: ") && text.contains("contact_time"), "{text}");
+}

@@ -28,6 +28,8 @@ use bedload_output::atomic_write;
 
 use crate::folder;
 use crate::make::Made;
+use crate::runs::Outcome;
+use crate::section::matches;
 use compare::Comparison;
 use coupler::failure::Failure;
 use page::Drawing;
@@ -56,6 +58,14 @@ pub(crate) fn draw(all: &[Made<'_>], quick: bool, out: &Path) -> Result<(Compare
         compared.failed += count(&Comparison::is_failure);
         compared.misses += count(&|comparison| comparison == Comparison::Misses);
         compared.checks += count(&|comparison| comparison != Comparison::Reported);
+        let unchecked =
+            |label: &str| !made.study.section.checks.iter().any(|check| matches(&check.run, label));
+        for (point, outcome) in made.runs().filter(|(point, _)| unchecked(&point.label)) {
+            if let Outcome::Failed(why) = outcome {
+                protocol::say!("bedload: {}/{} failed: {why}", made.study.name(), point.label);
+                (compared.failed, compared.checks) = (compared.failed + 1, compared.checks + 1);
+            }
+        }
         let drawings = drawings(made)?;
         for drawing in &drawings {
             atomic_write(&figures.join(&drawing.file), drawing.svg.as_bytes())?;

@@ -36,6 +36,7 @@ pub struct Stationary {
     whole: usize,
     /// How much of the next there is, s.
     begun: f64,
+    windows: usize,
 }
 
 /// A mean with its standard error.
@@ -59,6 +60,7 @@ impl Stationary {
         if self.start.is_none() {
             (self.start, self.length) = (Some(start), length);
         }
+        self.windows += 1;
         let mut left = length;
         while left > 0.0 {
             let room = self.length - self.begun;
@@ -84,8 +86,9 @@ impl Stationary {
     /// The mean, or why there is none.
     pub(super) fn estimate(&self) -> Result<Estimate, String> {
         let means: Vec<f64> = self.integrals[..self.whole].iter().map(|sum| sum / self.length).collect();
-        if means.len() < FEWEST {
-            let (has, least) = (means.len(), FEWEST);
+        // Windows may be longer than the first, whose length batches have.
+        let (has, least) = (self.windows.min(means.len()), FEWEST);
+        if has < least {
             return Err(format!("has {has} windows; whether it is stationary takes {least} to tell"));
         }
         let first = FIVE * truncation(&means);
@@ -119,6 +122,7 @@ fn truncation(means: &[f64]) -> usize {
         mean += away / count;
         square += away * away * kept as f64 / count;
         // The last few are alike by chance; ties go to the longer series.
+        let square = square.max(count * (4.0 * f64::EPSILON * mean).powi(2));
         if kept + 1 >= FIVE && square / (count * count) <= least {
             (best, least) = (groups.len() - kept - 1, square / (count * count));
         }
@@ -239,6 +243,21 @@ mod tests {
         });
         let found = constant.estimate().unwrap();
         assert!(found.error <= 1e-16 && (found.mean - 0.1).abs() < 1e-16 && found.from == 0.0, "{found:?}");
+    }
+
+    /// A mean that is constant but for round-off is stationary from where it is so; 20 long windows are few.
+    #[test]
+    fn round_off_is_no_drift_and_batches_are_no_windows() {
+        let mut series = Stationary::new();
+        for step in 0..2000 {
+            let round_off = f64::EPSILON * f64::from(step % 3 + step / 700);
+            series.add(f64::from(step), 1.0, -5.7e-3 * (1.0 + (-f64::from(step) / 10.0).exp() + round_off));
+        }
+        let found = series.estimate().expect("stationary");
+        assert!((found.mean / -5.7e-3 - 1.0).abs() < 1e-12 && found.from < 600.0, "{found:?}");
+        let mut few = Stationary::new();
+        (0..20).for_each(|step| few.add(f64::from(step), if step == 0 { 0.1 } else { 1.0 }, 1.0));
+        assert!(few.estimate().unwrap_err().contains("20 windows"));
     }
 
     /// What comes before the last value that is not a number does not count.
