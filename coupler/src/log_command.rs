@@ -346,11 +346,16 @@ pub fn repair(from: &Path, to: Option<&Path>, out: &mut dyn Write) -> Result<(),
     print_kept(to, &report, out)?;
     let last = report.last_step.map_or("no step".to_owned(), |step| format!("step {step}"));
     line(out, "last", &last)?;
-    if report.errors.is_empty() {
-        return line(out, "lost", "nothing: the log was whole");
-    }
-    line(out, "lost", &format!("{} of {} bytes", report.bytes_lost, report.bytes))?;
-    print_errors("because", &report.errors, out)
+    // Windows that a chunk in the middle held are gone.
+    let gaps: Vec<LogError> = LogReader::open_any(to)?.filter_map(Result::err).collect();
+    let lost = match report.errors.is_empty() {
+        true if gaps.is_empty() => "nothing: the log was whole".to_owned(),
+        true => "nothing more".to_owned(),
+        false => format!("{} of {} bytes", report.bytes_lost, report.bytes),
+    };
+    line(out, "lost", &lost)?;
+    print_errors("because", &report.errors, out)?;
+    print_errors("gap", &gaps, out)
 }
 
 /// `bedload log thin LOG OUT --every N`: a log for viewers, with every `every`-th frame and no messages.

@@ -37,8 +37,10 @@ def test_a_series_under_way_is_read_as_far_as_it_goes(finished, tmp_path):
 
 def test_a_log_that_breaks_off_is_an_error_with_a_remedy(finished, tmp_path):
     log = (finished.path / "exchange.mcap").read_bytes()
-    for size in (0, 20, len(log) // 2, len(log) - 9):
-        (tmp_path / "exchange.mcap").write_bytes(log[:size])
+    # The first frame of Zstandard says of itself that it is none.
+    other = log.replace(b"\x28\xb5\x2f\xfd", b"\x28\xb5\x2f\x00", 1)
+    for left in (*(log[:size] for size in (0, 20, len(log) // 2, len(log) - 9)), other):
+        (tmp_path / "exchange.mcap").write_bytes(left)
         with pytest.raises(bedload.BedloadError, match="bedload log repair") as error:
             list(_results.Log(tmp_path / "exchange.mcap").messages())
         assert error.value.kind == "damaged-log"

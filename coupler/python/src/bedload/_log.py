@@ -129,11 +129,12 @@ def _opened(path: Path) -> Iterator[Any]:
     """A reader of a log; one that breaks off is an error of ours."""
     import mcap.reader
     from mcap.exceptions import McapError
+    from zstandard import ZstdError
 
     with open(path, "rb") as stream:
         try:
             yield mcap.reader.make_reader(stream)
-        except (McapError, OSError, KeyError, struct.error) as error:
+        except (McapError, ZstdError, OSError, KeyError, struct.error) as error:
             what = f"{path}: the log breaks off or is damaged ({type(error).__name__}: {error})"
             remedy = "wait until the run has ended, or keep what is left: bedload log repair LOG OUT"
             raise BedloadError(6, f"{what}; remedy: {remedy}") from error
