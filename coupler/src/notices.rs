@@ -328,14 +328,19 @@ fn moving_walls(scene: &CheckedScene) -> Option<String> {
     ))
 }
 
-/// A driven grain less than two cells from what is held or driven otherwise: films act on free grains.
+/// A grain that is held or driven, less than two cells from what is held or driven otherwise: films act on
+/// free grains.
 fn no_film(scene: &CheckedScene) -> Option<String> {
     scene.scene.medium.as_ref()?;
     let domain = &scene.scene.domain;
     let near = 2.0 * (0..domain.dimensions()).map(|axis| domain.spacing(axis)).fold(0.0, f64::max);
     let moves = |grain: &Grain| !(grain.velocity.is_zero() && grain.spin.is_zero());
-    let led: Vec<&Grain> = scene.grains.iter().filter(|grain| grain.motion != Motion::Free).collect();
-    let driven = || led.iter().filter(|grain| grain.motion == Motion::Prescribed && moves(grain)).take(64);
+    // Beside a body that is not round there are no films.
+    let round = |grain: &&Grain| grain.motion != Motion::Free && grain.shape.is_round();
+    let led: Vec<&Grain> = scene.grains.iter().filter(round).collect();
+    let driven = |grain: &&&Grain| grain.motion == Motion::Prescribed && moves(grain);
+    let rests = led.iter().filter(|grain| !driven(grain)).take(64);
+    let candidates = led.iter().filter(driven).take(64).chain(rests);
     let times = (0..=16).map(|k| scene.scene.until * f64::from(k) / 16.0);
     let velocity =
         |of: &Grain| if of.motion == Motion::Fixed { OverTime::default() } else { of.velocity.clone() };
@@ -343,27 +348,37 @@ fn no_film(scene: &CheckedScene) -> Option<String> {
         let way = velocity(of).integral(t);
         std::array::from_fn(|c| of.position[c] + way[c])
     };
+    // To the nearest image.
+    let periods = (0..domain.dimensions()).map(|axis| (domain.geometry.component(axis), axis));
+    let periods: Vec<(usize, f64)> = periods
+        .filter(|(_, axis)| domain.is_periodic(*axis))
+        .map(|(c, axis)| (c, domain.upper[axis] - domain.lower[axis]))
+        .collect();
+    let apart = |c: usize, way: f64| match periods.iter().find(|(component, _)| *component == c) {
+        Some((_, period)) => way - period * (way / period).round(),
+        None => way,
+    };
     let walls = scene.contact_walls();
     let to_wall = |grain: &Grain, t: f64| {
-        let gaps = walls.iter().filter(|wall| wall.velocity != grain.velocity).map(|wall| {
+        let gaps = walls.iter().filter(|wall| wall.velocity != velocity(grain)).map(|wall| {
             let (x, [point, normal]): ([f64; 3], _) = (at(grain, t), wall.at(t));
             (0..3).map(|c| (x[c] - point[c]) * normal[c]).sum::<f64>() - grain.radius
         });
         gaps.map(f64::abs).fold(f64::INFINITY, f64::min)
     };
     let to_grains = |grain: &Grain, t: f64| {
-        let others = led.iter().filter(|other| velocity(other) != grain.velocity);
+        let others = led.iter().filter(|other| velocity(other) != velocity(grain));
         let gaps = others.map(|other| {
             let [a, b]: [[f64; 3]; 2] = [at(grain, t), at(other, t)];
-            (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt() - grain.radius - other.radius
+            (0..3).map(|c| apart(c, a[c] - b[c]).powi(2)).sum::<f64>().sqrt() - grain.radius - other.radius
         });
         gaps.map(f64::abs).fold(f64::INFINITY, f64::min)
     };
     let nears = |grain: &&&Grain| times.clone().any(|t| to_wall(grain, t).min(to_grains(grain, t)) < near);
-    let grain = driven().find(nears)?;
+    let grain = candidates.into_iter().find(nears)?;
     let number = scene.grains.iter().position(|other| std::ptr::eq(other, *grain))?;
     Some(format!(
-        "grain {number} is driven past a wall, or what is held or driven otherwise, nearer than two cells: its \
+        "grain {number}, held or driven, passes a wall, or what is held or driven otherwise, nearer than two cells: its \
          force lacks the film that the grid does not resolve, as films act on free grains alone; make it free \
          with a density of 1e6 times the fluid's, or take finer cells"
     ))

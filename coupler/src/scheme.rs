@@ -33,8 +33,8 @@ pub struct ContactFreeHorizon {
     range: f64,
     gravity: f64,
     masses: Vec<f64>,
-    /// How far from its centre each grain reaches, m, and the square of its radius of gyration, m², where it is
-    /// not round; 0 and 1 of what is.
+    /// How far from its centre each grain reaches, m, and the square of its radius of gyration, m², where it
+    /// is not round; 0 and 1 of what is.
     reaches: Vec<(f64, f64)>,
     /// Acceleration that the scene prescribes, by grain, m/s².
     swings: Vec<f64>,
@@ -70,8 +70,8 @@ impl ContactFreeHorizon {
         }
     }
 
-    /// Largest acceleration of a point of grain `index` with `spin` under `load`: weight and twice the load on
-    /// the dry mass, or what the scene prescribes.
+    /// Largest acceleration of a point of grain `index` with `spin` under `load`: weight and twice the load
+    /// on the dry mass, or what the scene prescribes.
     fn acceleration(&self, index: usize, load: &Loads, spin: f64) -> f64 {
         let (mass, (reach, gyration)) = (self.masses[index], self.reaches[index]);
         let turn = reach * spin * spin;

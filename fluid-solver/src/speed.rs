@@ -6,8 +6,8 @@
 use bedload_scene::speeds::{norm, start, volume};
 use bedload_scene::{CheckedScene, Face, InitialVelocity, Medium, Motion, peak_of_sum};
 
-/// Largest speed that the scene itself names, m/s: of grains and their surfaces, faces and the flow at the start. Nothing is
-/// estimated, so that a bound on it refuses only what is certain.
+/// Largest speed that the scene itself names, m/s: of grains and their surfaces, faces and the flow at the
+/// start. Nothing is estimated, so that a bound on it refuses only what is certain.
 pub(crate) fn named(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let until = scene.scene.until;

@@ -589,3 +589,26 @@ fn a_wall_that_moves_in_a_fluid_and_a_face_that_lets_grains_out_are_told() {
     let above = "walls=[{ point = [0, 0, 3.5], normal = [0, 0, -1] }]";
     assert_eq!(told(&[lid, light, above], "buoyancy"), None, "a wall stops it");
 }
+
+/// Films act on free grains: a held or driven one beside what moves otherwise is told, whichever of the two
+/// moves, across a periodic face too.
+#[test]
+fn a_held_grain_beside_what_moves_otherwise_is_told() {
+    let told = |overrides: &[&'static str]| {
+        let case = Case { scene: overrides.to_vec(), ..Case::new() };
+        case.plan().notices.into_iter().find(|notice| notice.contains("lacks the film"))
+    };
+    let lid = "domain.boundary={ x = \"periodic\", y = \"periodic\", z_lower = \"no-slip\", z_upper = { type = \
+               \"no-slip\", velocity = [0.1, 0.0, 0.0] } }";
+    let grain = |place: &str, more: &str| {
+        format!("{{ position = {place}, radius = 0.5, density = 2.0, motion = \"fixed\"{more} }}")
+    };
+    let grains = |all: &[String]| format!("grains=[{}]", all.join(", ")).leak() as &'static str;
+    let held = grain("[2.0, 2.0, 3.48]", "");
+    assert!(told(&[lid, grains(&[held.clone()])]).expect("a notice").starts_with("grain 0, held or driven"));
+    assert_eq!(told(&[grains(&[held.clone()])]), None, "the lid is at rest");
+    let driven = grain("[0.49, 2.0, 2.0]", ", velocity = [0.0, 0.0, 1e-3]").replace("fixed", "prescribed");
+    let beyond = grain("[3.47, 2.0, 2.0]", "");
+    assert!(told(&[grains(&[beyond.clone(), driven.clone()])]).expect("a notice").starts_with("grain 1"));
+    assert_eq!(told(&[grains(&[beyond.replace("3.47", "2.6"), driven])]), None);
+}

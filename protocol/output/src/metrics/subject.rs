@@ -2,7 +2,7 @@
 
 use super::trajectory::Passage;
 use crate::sample::Sample;
-use bedload_scene::{CheckedScene, MetricKind};
+use bedload_scene::{CheckedScene, Freedom, MetricKind};
 
 pub(super) use bedload_scene::speeds::norm;
 
@@ -29,6 +29,9 @@ impl Subject {
         let grain = kind.grain()?;
         let data = &scene.grains[grain];
         let pull = scene.scene.gravity.longest(scene.scene.until);
+        // What is locked along an axis does not settle there.
+        let locked = [Freedom::X, Freedom::Y, Freedom::Z].map(|axis| data.locked.contains(&axis));
+        let pull: [f64; 3] = std::array::from_fn(|c| if locked[c] { 0.0 } else { pull[c] });
         let gravity = norm(&pull);
         let excess = data.density - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
         let way = if excess < 0.0 { -1.0 } else { 1.0 };

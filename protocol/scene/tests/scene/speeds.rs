@@ -43,8 +43,8 @@ fn a_dry_grain_falls_as_far_as_there_is_room_and_time() {
     assert!((Speeds::of(&scene(&onto)).grain - 8.0_f64.sqrt()).abs() < 1e-12);
 }
 
-/// The surface of a disc that spins moves the fluid, not the disc against others; that of a rectangle does both.
-/// A wall that slides along itself meets nothing.
+/// The surface of a disc that spins moves the fluid, not the disc against others; that of a rectangle does
+/// both. A wall that slides along itself meets nothing.
 #[test]
 fn spin_and_sliding_walls_count_where_they_act() {
     let speeds = |grain: &str, lid: [f64; 3]| {
