@@ -605,8 +605,12 @@ fn a_held_grain_beside_what_moves_otherwise_is_told() {
     };
     let grains = |all: &[String]| format!("grains=[{}]", all.join(", ")).leak() as &'static str;
     let held = grain("[2.0, 2.0, 3.48]", "");
-    assert!(told(&[lid, grains(&[held.clone()])]).expect("a notice").starts_with("grain 0, held or driven"));
-    assert_eq!(told(&[grains(&[held.clone()])]), None, "the lid is at rest");
+    assert!(
+        told(&[lid, grains(std::slice::from_ref(&held))])
+            .expect("a notice")
+            .starts_with("grain 0, held or driven")
+    );
+    assert_eq!(told(&[grains(std::slice::from_ref(&held))]), None, "the lid is at rest");
     let driven = grain("[0.49, 2.0, 2.0]", ", velocity = [0.0, 0.0, 1e-3]").replace("fixed", "prescribed");
     let beyond = grain("[3.47, 2.0, 2.0]", "");
     assert!(told(&[grains(&[beyond.clone(), driven.clone()])]).expect("a notice").starts_with("grain 1"));
