@@ -349,15 +349,9 @@ fn no_film(scene: &CheckedScene) -> Option<String> {
         std::array::from_fn(|c| of.position[c] + way[c])
     };
     // To the nearest image.
-    let periods = (0..domain.dimensions()).map(|axis| (domain.geometry.component(axis), axis));
-    let periods: Vec<(usize, f64)> = periods
-        .filter(|(_, axis)| domain.is_periodic(*axis))
-        .map(|(c, axis)| (c, domain.upper[axis] - domain.lower[axis]))
-        .collect();
-    let apart = |c: usize, way: f64| match periods.iter().find(|(component, _)| *component == c) {
-        Some((_, period)) => way - period * (way / period).round(),
-        None => way,
-    };
+    let periods = domain.periods();
+    let apart =
+        |c: usize, way: f64| way - periods[c].map_or(0.0, |(_, length)| length * (way / length).round());
     let walls = scene.contact_walls();
     let to_wall = |grain: &Grain, t: f64| {
         let gaps = walls.iter().filter(|wall| wall.velocity != velocity(grain)).map(|wall| {
@@ -378,9 +372,9 @@ fn no_film(scene: &CheckedScene) -> Option<String> {
     let grain = candidates.into_iter().find(nears)?;
     let number = scene.grains.iter().position(|other| std::ptr::eq(other, *grain))?;
     Some(format!(
-        "grain {number}, held or driven, passes a wall, or what is held or driven otherwise, nearer than two cells: its \
-         force lacks the film that the grid does not resolve, as films act on free grains alone; make it free \
-         with a density of 1e6 times the fluid's, or take finer cells"
+        "grain {number}, held or driven, passes a wall, or what is held or driven otherwise, nearer than two \
+         cells: its force lacks the film that the grid does not resolve, as films act on free grains alone; make \
+         it free with a density of 1e6 times the fluid's, or take finer cells"
     ))
 }
 
