@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bedload_output::vtk::{Array, image};
-use bedload_output::{atomic_write, state_of};
+use bedload_output::{atomic_write, refuse_changed_files};
 use bedload_program::{Failure, RunOptions};
 use bedload_scene::{Axis, Domain, Geometry, Profile as Asked};
 use clap::Parser;
@@ -88,7 +88,7 @@ fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
     refuse_averages(&scene, "grains")?;
     // Radii and densities are those of the tables.
-    state_of(&scene.source.text).map_or(Ok(()), |state| scene.refuse_changed_files(state))?;
+    refuse_changed_files(&scene, &scene.source.text)?;
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;
     let (_, state) = checkpoint::read_any::<State>(&checkpoints::newest_of_run(&arguments.folder), "dem")?;
     participant.adopt(&state)?;

@@ -1,6 +1,6 @@
 //! The scene of a log with other values in it, and the solver that is to read it.
 
-use bedload_output::state_of;
+use bedload_output::refuse_changed_files;
 use bedload_scene::{CheckedScene, SceneSource};
 use protocol::log::Manifest;
 use protocol::participant::Role;
@@ -18,9 +18,9 @@ const STARTS: [&str; 2] = ["command", "launcher"];
 /// one.
 pub(super) fn changed(request: &Replay, manifest: &Manifest) -> Result<(CheckedScene, Solver), Failure> {
     let before = SceneSource { file: "the scene in the log".into(), text: manifest.scene.clone() }.files();
-    let same_files = |scene: &CheckedScene| match state_of(&manifest.scene) {
-        Some(state) if before == scene.source.files() => scene.refuse_changed_files(state),
-        _ => Ok(()),
+    let same_files = |scene: &CheckedScene| match before == scene.source.files() {
+        true => refuse_changed_files(scene, &manifest.scene),
+        false => Ok(()),
     };
     if request.overrides.is_empty() {
         let scene = logged(request, manifest)?;

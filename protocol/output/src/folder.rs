@@ -8,7 +8,7 @@ use crate::claim::Claim;
 use crate::columns::observed_grains;
 use crate::error::OutputError;
 use crate::file::atomic_write;
-use bedload_scene::CheckedScene;
+use bedload_scene::{CheckedScene, SceneError};
 
 /// First words of the `scene.toml` of an output folder: how Bedload knows its own.
 const MARKER: &str = "# Bedload output:";
@@ -394,6 +394,14 @@ pub fn state_of(scene: &str) -> Option<&str> {
     let mut head = scene.lines().take_while(|line| line.starts_with('#'));
     head.next().filter(|line| line.starts_with(MARKER))?;
     head.find_map(|line| line.strip_prefix(STATE)).map(str::trim)
+}
+
+/// Refuses tables that were changed since the run whose `scene.toml` has the text `written`.
+///
+/// # Errors
+/// [`SceneError`] at the first file that the scene reads.
+pub fn refuse_changed_files(scene: &CheckedScene, written: &str) -> Result<(), SceneError> {
+    state_of(written).map_or(Ok(()), |state| scene.refuse_changed_files(state))
 }
 
 /// Removes a file, if it is there.

@@ -32,7 +32,7 @@ pub use claim::Claim;
 pub use columns::{Columns, energy_columns, observed_grains};
 pub use error::OutputError;
 pub use file::atomic_write;
-pub use folder::{OutputFolder, Sections, in_full, resolved_scene, state_of};
+pub use folder::{OutputFolder, Sections, in_full, refuse_changed_files, resolved_scene, state_of};
 pub use grains_table::{GrainRow, grains_table};
 pub use metrics::{Metrics, MetricsState};
 pub use observer::{Observer, ObserverState};

@@ -365,12 +365,11 @@ pub(crate) fn command<S: Solver>(
     }
     let name = format!("{} (its scene)", log.display());
     let mut scene = CheckedScene::new(SceneSource { file: name, text: reader.manifest().scene.clone() })?;
-    let state = bedload_output::state_of(&reader.manifest().scene).map(str::to_owned);
-    state.as_ref().map_or(Ok(()), |state| scene.refuse_changed_files(state))?;
+    bedload_output::refuse_changed_files(&scene, &reader.manifest().scene)?;
     let alone = !(reader.manifest().has(Role::Fluid) && reader.manifest().has(Role::Dem));
     if alone {
         // Its checkpoints are of the scene as it was read, which the log has written out.
-        scene.written_from = state;
+        scene.written_from = bedload_output::state_of(&reader.manifest().scene).map(str::to_owned);
     }
     let folder = out.map_or_else(|| PathBuf::from("out/replay"), Path::to_owned);
     let solver = S::build(&scene, &folder)?;

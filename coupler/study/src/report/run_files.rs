@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bedload_output::planes::Planes;
-use bedload_output::{Series, Summary, state_of};
+use bedload_output::{Series, Summary, refuse_changed_files};
 use bedload_scene::{CheckedScene, SceneSource};
 use serde_json::Value;
 
@@ -83,7 +83,7 @@ impl RunFiles {
         let mut keep = |what: &str, why: &dyn std::fmt::Display| remarks.push(format!("{what}: {why}"));
         let scene = SceneSource::read(&dir.join("scene.toml"), &[]).and_then(|source| {
             let scene = CheckedScene::new(source)?;
-            state_of(&scene.source.text).map_or(Ok(()), |state| scene.refuse_changed_files(state))?;
+            refuse_changed_files(&scene, &scene.source.text)?;
             Ok(scene)
         });
         let scene = scene.inspect_err(|error| keep("The scene is not shown", error)).ok();
