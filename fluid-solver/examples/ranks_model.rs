@@ -32,17 +32,17 @@ struct Measured {
     byte: f64,
 }
 
-/// Seconds of a step on the busiest rank: work, planes to the neighbours, edges of all blocks, sums through
+/// Seconds of a step on the busiest rank: work, planes to the neighbours, edges of slabs, sums through
 /// rank 0.
 fn parts(measured: Measured, [nx, ny, nz]: [usize; 3], ranks: usize) -> [f64; 4] {
     let Measured { cell, message, byte } = measured;
-    let (p, plane, all) = (ranks as f64, (nx * ny) as f64, blocks(nz).max(ranks) as f64);
+    let (p, plane) = (ranks as f64, (nx * ny) as f64);
     let work = cell * plane * nz as f64 / p;
     if ranks == 1 {
         return [work, 0.0, 0.0, 0.0];
     }
     let beside = BESIDE * message + 8.0 * PLANES * plane * byte;
-    let edges = 8.0 * 4.0 * plane * all / p * (p - 1.0) / p;
+    let edges = 8.0 * 4.0 * plane * (p - 1.0) / p;
     let edges = PROJECTIONS * (2.0 * (p - 1.0) * message + edges * byte);
     let sums = PROJECTIONS * 5.0 * (p - 1.0) * message;
     [work, beside, edges, sums]

@@ -1,8 +1,9 @@
 //! What the fluid says of itself before a run (`bedload-fluid check`).
 
 use crate::config::{FluidSection, SchemeKey};
-use crate::division::{self, Division};
+use crate::division::Division;
 use crate::grid::Grid;
+use crate::helmholtz;
 use crate::initial;
 use crate::launcher::{self, Launch};
 use crate::memory::{self, Demand, Share};
@@ -70,8 +71,8 @@ fn share<const D: usize>(
         let Launch { ranks, on_each } = launch;
         format!("the memory is that of {on_each} of {ranks} ranks, as many as are on one machine")
     });
-    let blocks = division::blocks(grid.cells[D - 1]).div_ceil(launch.ranks);
-    Ok((Share { ranks: launch.on_each, planes: most, blocks }, notice))
+    let edges = helmholtz::most_edges(grid.cells[D - 1], launch.ranks);
+    Ok((Share { ranks: launch.on_each, planes: most, edges }, notice))
 }
 
 /// Bytes that are kept of what the grains hold of the grid: the mask ratio of all cells of each component.

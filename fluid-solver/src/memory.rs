@@ -10,14 +10,14 @@ use protocol::memory::Available;
 const BASE: u64 = 12 << 20;
 
 /// The MPI library and more of the program, for each of several ranks, bytes: measured with Open MPI 4.1.
-const RANK: u64 = 20 << 20;
+const RANK: u64 = 21 << 20;
 
 /// Planes of each field that a rank touches beside its own: those of its neighbours, beyond walls, what is
 /// sent.
 const BESIDE: usize = 6;
 
-/// Planes of numbers that a rank keeps for the edges of each of its blocks with implicit viscosity. These are
-/// upper bounds of the resident memory measured at 128³ and 192³ on 2, 4 and 8 ranks.
+/// Planes of numbers that a rank keeps for each edge that it sends with implicit viscosity. These are upper
+/// bounds of the resident memory measured at 128³ and 192³ on 2, 4 and 8 ranks.
 const EDGES: usize = 40;
 
 /// Which ranks the memory of a machine must do for.
@@ -27,13 +27,13 @@ pub struct Share {
     pub ranks: usize,
     /// Planes of the one that has most; zero: there is one process, which has all.
     pub planes: usize,
-    /// Blocks of the one that has most.
-    pub blocks: usize,
+    /// Edges that the one with most sends.
+    pub edges: usize,
 }
 
 impl Share {
     /// One process has all.
-    pub const WHOLE: Self = Self { ranks: 1, planes: 0, blocks: 0 };
+    pub const WHOLE: Self = Self { ranks: 1, planes: 0, edges: 0 };
 }
 
 /// What decides the number of fields.
@@ -77,7 +77,7 @@ pub fn estimate<const D: usize>(grid: &Grid<D>, demand: Demand, share: Share) ->
     if share.planes == 0 {
         return BASE + held + near + start + 8 * grid.len() as u64 * fields;
     }
-    let edges = if implicit { EDGES * share.blocks } else { 0 } as u64;
+    let edges = if implicit { EDGES * share.edges } else { 0 } as u64;
     let near = near * (share.planes + 2) as u64 / grid.cells[D - 1] as u64;
     let planes = (share.planes + BESIDE) as u64 * fields + edges;
     share.ranks as u64 * (BASE + RANK + held + near + start + 8 * planes * grid.stride(D - 1) as u64)

@@ -14,7 +14,7 @@ use thiserror::Error;
 const LEAST: usize = 4;
 
 /// Planes of a block from which on there are more than [`FEW`] blocks.
-const MANY: usize = 16;
+const MANY: usize = 8;
 
 /// Number of blocks below that.
 const FEW: usize = 8;
@@ -61,6 +61,11 @@ pub fn blocks(planes: usize) -> usize {
     largest(planes / MANY).max(largest(planes / LEAST).min(FEW))
 }
 
+/// The blocks of rank `rank` of `ranks`.
+pub(crate) fn blocks_of(count: usize, rank: usize, ranks: usize) -> Range<usize> {
+    count * rank / ranks..count * (rank + 1) / ranks
+}
+
 impl Division {
     /// One process, and a solve that knows no blocks.
     pub(crate) fn whole(planes: usize) -> Self {
@@ -96,8 +101,8 @@ impl Division {
     }
 
     fn planes_of(cuts: &[usize], rank: usize, size: usize) -> Range<usize> {
-        let count = cuts.len() - 1;
-        cuts[count * rank / size]..cuts[count * (rank + 1) / size]
+        let blocks = blocks_of(cuts.len() - 1, rank, size);
+        cuts[blocks.start]..cuts[blocks.end]
     }
 
     /// The planes that this rank works on.
@@ -136,7 +141,7 @@ mod tests {
     #[test]
     fn blocks_follow_from_the_planes() {
         let planes = [7, 8, 12, 16, 31, 32, 128, 255, 256, 512, 1000];
-        assert_eq!(planes.map(blocks), [1, 2, 2, 4, 4, 8, 8, 8, 16, 32, 32]);
+        assert_eq!(planes.map(blocks), [1, 2, 2, 4, 4, 8, 16, 16, 32, 64, 64]);
     }
 
     #[test]

@@ -1,17 +1,16 @@
 //! All columns of a solve whose last axis is cut into blocks: by one process at once, or by several ranks.
 //!
-//! One process takes group after group of modes through elimination, reduced system and substitution. Ranks
-//! eliminate their blocks of all modes, send the edges to those who own the modes (lines are shared among
-//! ranks), solve the reduced systems there, send back what stands beside each block, eliminate again and
-//! substitute: doing it twice costs less than keeping what the first pass leaves.
+//! One process takes group after group of modes through elimination, the tree of blocks and substitution. Ranks
+//! eliminate and join their blocks of all modes, send the edges of what these make to those who own the modes
+//! (lines are shared among ranks), who join the rest and send back what stands beside. Each eliminates again and
+//! substitutes: doing it twice costs less than keeping what the first pass leaves.
 
-use super::block_sweep::{BLOCK, Beside, Edge, Eliminate, GROUP, Group, Row, Substitute};
-use super::reduced::{Between, Reduce};
-use crate::division::Division;
+use super::block_sweep::{BLOCK, Eliminate, GROUP, Group, Row, Substitute};
+use super::block_tree::{self, Close, Join, Nodes, Part};
+use crate::division::{self, Division, blocks_of};
 use crate::lanes::dispatch;
 use crate::ranks::Ranks;
 use crate::tridiagonal::Sweep;
-use pulp::bytemuck;
 use std::ops::Range;
 
 /// A last axis in blocks.
@@ -19,8 +18,13 @@ pub(super) struct BlockColumns {
     pub(super) sweep: Sweep,
     /// Unknowns of each block.
     blocks: Vec<Range<usize>>,
-    /// Blocks of each rank.
-    slabs: Vec<Range<usize>>,
+    /// Blocks of this rank.
+    own: Range<usize>,
+    /// The nodes that each rank's blocks make.
+    tops: Vec<Vec<usize>>,
+    /// Nodes that this rank joins of its blocks, and those that the owner of a mode joins of all tops.
+    below: Vec<usize>,
+    above: Vec<usize>,
     periodic: bool,
     /// The ranks that share the columns.
     pub(super) ranks: Ranks,
@@ -30,9 +34,7 @@ pub(super) struct BlockColumns {
 #[derive(Default)]
 pub(super) struct Memory {
     pub(super) rows: Vec<Row<BLOCK>>,
-    edges: Vec<Edge>,
-    between: Vec<Between>,
-    beside: Vec<Beside>,
+    nodes: Nodes,
     /// Edges of the modes that this rank owns, by rank, of the operators solved for last.
     known: Vec<([f64; 2], Vec<Vec<f64>>)>,
 }
@@ -71,58 +73,59 @@ const EDGE: usize = 6 * GROUP;
 /// What stands beside a block, as numbers.
 const BESIDE: usize = 2 * GROUP;
 
+/// Edges for each mode that the rank which sends most sends, if so many ranks share so many planes.
+pub fn most_edges(planes: usize, ranks: usize) -> usize {
+    let count = division::blocks(planes);
+    let edges = |rank| block_tree::tops(count, blocks_of(count, rank, ranks)).len();
+    (0..ranks).map(edges).max().unwrap_or(0)
+}
+
 impl BlockColumns {
     /// `first`: plane of the first unknown.
     pub(super) fn new(sweep: Sweep, division: &Division, first: usize, periodic: bool) -> Self {
         let cuts = &division.cuts;
         let unknown = |plane: usize| plane.max(first) - first;
-        let place = |plane: usize| cuts.iter().position(|cut| *cut == plane).expect("slabs are whole blocks");
         let ranks = division.ranks().clone();
+        let blocks: Vec<_> = cuts.windows(2).map(|pair| unknown(pair[0])..unknown(pair[1])).collect();
+        let slab = |rank: usize| blocks_of(blocks.len(), rank, ranks.size());
+        let tops: Vec<_> = (0..ranks.size()).map(|rank| block_tree::tops(blocks.len(), slab(rank))).collect();
         Self {
             sweep,
-            blocks: cuts.windows(2).map(|pair| unknown(pair[0])..unknown(pair[1])).collect(),
-            slabs: (0..ranks.size())
-                .map(|rank| place(division.of(rank).start)..place(division.of(rank).end))
-                .collect(),
+            own: slab(ranks.rank()),
+            below: block_tree::below(blocks.len(), &tops[ranks.rank()]),
+            above: block_tree::above(blocks.len(), &tops.concat()),
+            blocks,
+            tops,
             periodic,
             ranks,
         }
     }
 
-    /// Blocks of this rank.
-    fn own(&self) -> Range<usize> {
-        self.slabs[self.ranks.rank()].clone()
-    }
-
     /// Unknowns of this rank.
     pub(super) fn own_unknowns(&self) -> Range<usize> {
-        let own = self.own();
-        self.blocks[own.start].start..self.blocks[own.end - 1].end
+        self.blocks[self.own.start].start..self.blocks[self.own.end - 1].end
     }
 
     /// Working memory for one thread.
     pub(super) fn memory(&self) -> Memory {
-        let count = self.blocks.len();
         Memory {
             rows: vec![[[[0.0; 8]; GROUP / 8]; BLOCK]; self.own_unknowns().len()],
-            edges: vec![[[0.0; GROUP]; 6]; count],
-            between: vec![[[0.0; GROUP]; 6]; count - 1],
-            beside: vec![[[0.0; GROUP]; 2]; count],
+            nodes: Nodes::new(self.blocks.len()),
             known: Vec::new(),
         }
     }
 
-    /// Eliminates the own blocks of a group, the first pass of a rank; `planes` are the own ones.
-    pub(super) fn eliminate(
-        &self,
-        modes: &Modes<'_>,
-        planes: &[&mut [f64]],
-        rows: &mut [Row<BLOCK>],
-        edges: &mut [Edge],
-    ) {
+    /// Numbers of the nodes of this rank's blocks.
+    fn own_nodes(&self) -> Range<usize> {
+        self.blocks.len() + self.own.start..self.blocks.len() + self.own.end
+    }
+
+    /// Eliminates the own blocks of a group and joins them; `planes` are the own ones.
+    fn eliminate(&self, modes: &Modes<'_>, planes: &[&mut [f64]], memory: &mut Memory) {
         let Modes { operator, scale, lambda, .. } = *modes;
+        let Memory { rows, nodes: Nodes { edges, .. }, .. } = memory;
         let start = self.own_unknowns().start;
-        for (block, edge) in self.blocks[self.own()].iter().zip(edges) {
+        for (block, edge) in self.blocks[self.own.clone()].iter().zip(&mut edges[self.own_nodes()]) {
             let here = block.start - start..block.end - start;
             dispatch(Eliminate {
                 group: Group { sweep: &self.sweep, operator, scale, lambda },
@@ -133,18 +136,15 @@ impl BlockColumns {
                 edge: Some(edge),
             });
         }
+        dispatch(Join { nodes: &self.below, edges });
     }
 
-    /// Substitutes in the own blocks of a group.
-    fn substitute(
-        &self,
-        modes: &Modes<'_>,
-        rows: &[Row<BLOCK>],
-        beside: &[Beside],
-        planes: &mut [&mut [f64]],
-    ) {
+    /// What stands beside the own blocks, from what stands beside the nodes that they make; substitutes.
+    fn substitute(&self, modes: &Modes<'_>, planes: &mut [&mut [f64]], memory: &mut Memory) {
+        let Memory { rows, nodes, .. } = memory;
+        dispatch(Part { which: &self.below, nodes });
         let start = self.own_unknowns().start;
-        for (block, beside) in self.blocks[self.own()].iter().zip(beside) {
+        for (block, beside) in self.blocks[self.own.clone()].iter().zip(&nodes.beside[self.own_nodes()]) {
             let here = block.start - start..block.end - start;
             let (rows, target) = (&rows[here.clone()], &mut planes[here]);
             dispatch(Substitute { rows, beside, at: modes.at.clone(), target });
@@ -153,13 +153,27 @@ impl BlockColumns {
 
     /// Solves a group of modes where all blocks are this process's.
     pub(super) fn solve(&self, modes: &Modes<'_>, planes: &mut [&mut [f64]], memory: &mut Memory) {
-        let Memory { rows, edges, between, beside, .. } = memory;
-        self.eliminate(modes, planes, rows, edges);
-        dispatch(Reduce { edges, between, beside, periodic: self.periodic, singular: modes.singular });
-        self.substitute(modes, rows, beside, planes);
+        self.eliminate(modes, planes, memory);
+        let (periodic, singular) = (self.periodic, modes.singular);
+        dispatch(Close { nodes: &mut memory.nodes, periodic, singular });
+        self.substitute(modes, planes, memory);
     }
 
-    /// Last pass of a rank, with what stands beside its blocks.
+    /// First pass of a rank: the edges of what its blocks make.
+    pub(super) fn open(
+        &self,
+        modes: &Modes<'_>,
+        planes: &[&mut [f64]],
+        memory: &mut Memory,
+        out: &mut [f64],
+    ) {
+        self.eliminate(modes, planes, memory);
+        for (out, top) in out.chunks_exact_mut(EDGE).zip(&self.tops[self.ranks.rank()]) {
+            out.copy_from_slice(memory.nodes.edges[*top].as_flattened());
+        }
+    }
+
+    /// Last pass of a rank, with what stands beside what its blocks make.
     pub(super) fn close(
         &self,
         modes: &Modes<'_>,
@@ -167,13 +181,15 @@ impl BlockColumns {
         memory: &mut Memory,
         beside: &[f64],
     ) {
-        let count = self.own().len();
-        self.eliminate(modes, planes, &mut memory.rows, &mut memory.edges[..count]);
-        self.substitute(modes, &memory.rows, bytemuck::cast_slice(beside), planes);
+        self.eliminate(modes, planes, memory);
+        for (from, top) in beside.chunks_exact(BESIDE).zip(&self.tops[self.ranks.rank()]) {
+            memory.nodes.beside[*top].as_flattened_mut().copy_from_slice(from);
+        }
+        self.substitute(modes, planes, memory);
     }
 
-    /// The reduced system of group `group` of those that this rank owns: `edges` and `beside` hold those of
-    /// all groups, rank after rank.
+    /// What stands beside the nodes of all ranks in group `group` of those that this rank owns: `edges` and
+    /// `beside` hold those of all groups, rank after rank.
     pub(super) fn reduce(
         &self,
         group: usize,
@@ -182,23 +198,26 @@ impl BlockColumns {
         edges: &[Vec<f64>],
         beside: &mut [Vec<f64>],
     ) {
-        let all = &mut memory.edges;
-        for (slab, from) in self.slabs.iter().zip(edges) {
-            let size = EDGE * slab.len();
-            let from = &from[group * size..][..size];
-            all[slab.clone()].as_flattened_mut().as_flattened_mut().copy_from_slice(from);
+        let nodes = &mut memory.nodes;
+        for (tops, from) in self.tops.iter().zip(edges) {
+            let from = from[group * EDGE * tops.len()..].chunks_exact(EDGE);
+            for (top, from) in tops.iter().zip(from) {
+                nodes.edges[*top].as_flattened_mut().copy_from_slice(from);
+            }
         }
-        let Memory { between, beside: found, .. } = memory;
-        dispatch(Reduce { edges: all, between, beside: found, periodic: self.periodic, singular });
-        for (slab, to) in self.slabs.iter().zip(beside) {
-            let size = BESIDE * slab.len();
-            let to = &mut to[group * size..][..size];
-            to.copy_from_slice(found[slab.clone()].as_flattened().as_flattened());
+        dispatch(Join { nodes: &self.above, edges: &mut nodes.edges });
+        dispatch(Close { nodes, periodic: self.periodic, singular });
+        dispatch(Part { which: &self.above, nodes });
+        for (tops, to) in self.tops.iter().zip(beside) {
+            let to = to[group * BESIDE * tops.len()..].chunks_exact_mut(BESIDE);
+            for (top, to) in tops.iter().zip(to) {
+                to.copy_from_slice(nodes.beside[*top].as_flattened());
+            }
         }
     }
 
     /// Numbers of the edges of one group that rank `rank` sends, and of what it gets for them.
     pub(super) fn sizes_of(&self, rank: usize) -> [usize; 2] {
-        [EDGE, BESIDE].map(|size| size * self.slabs[rank].len())
+        [EDGE, BESIDE].map(|size| size * self.tops[rank].len())
     }
 }

@@ -10,7 +10,7 @@
 //! ```text
 //! x_last = g + f x₋ + s x₊,    x_first = Σ w_i (g_i + f_i x₋) + w_last s_last x₊,    w_i = s_0 … s_{i−1}.
 //! ```
-//! The edges of all blocks are a small system, see [`super::reduced`]. With x₋ and x₊ known a second pass
+//! The edges of all blocks are joined, see [`super::block_tree`]. With x₋ and x₊ known a second pass
 //! substitutes. Of a whole column there is nothing beside, and no f.
 //!
 //! Operations and their order depend on the blocks alone, not on who does which.

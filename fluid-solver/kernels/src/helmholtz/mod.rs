@@ -9,11 +9,11 @@
 
 mod block_columns;
 mod block_sweep;
+mod block_tree;
 mod blocks;
 mod edges;
 mod plane;
 mod plane_columns;
-mod reduced;
 mod shared;
 pub(crate) mod space;
 mod space_columns;
@@ -23,6 +23,7 @@ mod unknown;
 use crate::grid::Grid;
 
 pub use crate::transform::Write;
+pub use block_columns::most_edges;
 pub use unknown::Unknown;
 
 /// A direct solver for one unknown on one grid.

@@ -5,7 +5,6 @@ use super::block_sweep::GROUP;
 use super::edges::Sent;
 use super::space_columns::{Memory, Solve, SpaceColumns, mean};
 use crate::threads::share;
-use pulp::bytemuck;
 use std::ops::Range;
 
 /// The lines of modes that rank `rank` of `size` owns, of `lines`.
@@ -63,15 +62,14 @@ impl SpaceColumns {
         }
     }
 
-    /// First pass: the edges of all modes, line after line.
+    /// First pass: the edges of what the blocks make, of all modes, line after line.
     fn edges(&self, blocks: &BlockColumns, shares: &mut [Solve<'_, '_>], lines: usize) -> Vec<f64> {
         let [size, _] = blocks.sizes_of(blocks.ranks.rank());
         let mut edges = vec![0.0; lines * self.groups() * size];
         for_shares(shares, &mut edges, self.groups() * size, |share, out| {
             self.for_groups(share, |group, modes, share| {
                 let Solve { planes, memory, .. } = share;
-                let edges = bytemuck::cast_slice_mut(&mut out[group * size..][..size]);
-                blocks.eliminate(modes, planes, &mut memory.blocks.rows, edges);
+                blocks.open(modes, planes, &mut memory.blocks, &mut out[group * size..][..size]);
             });
         });
         edges

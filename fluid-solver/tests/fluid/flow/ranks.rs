@@ -143,6 +143,24 @@ fn ranks_do_not_change_a_bit() {
     }
 }
 
+/// 512 planes are shared by up to 64 ranks, by a number that no power of two is, too.
+#[test]
+fn sixty_four_ranks_share_512_planes() {
+    let [p, w] = [Boundary::Periodic, Boundary::WALL].map(|face| [face; 2]);
+    for ends in [p, w] {
+        let grid = grid([uniform(1.0, 8), uniform(1.0, 8), uniform(64.0, 512)], [p, p, ends]);
+        let [scheme, ..] = SCHEMES;
+        let case = Case { grid: grid.clone(), scheme, viscous: Viscous::Implicit, flow_rate: Some(0.3) };
+        let one = case.steps(grid.clone().divided(Ranks::alone()).expect("enough planes"), 1);
+        for size in [23, 64] {
+            let (largest, same) = compare(&grid, &case.shared(size, 1), &one);
+            assert!(same, "{size} ranks, {ends:?}: {largest:e}");
+        }
+        let (largest, _) = compare(&grid, &case.steps(grid.clone(), 1), &one);
+        assert!(largest < 1e-9, "{ends:?}: {largest:e}");
+    }
+}
+
 /// Blocks solve the same equations: three steps from a random state of size 1 differ by round-off, which the
 /// pressure (of size 1e3 after so rough a start) shows most.
 #[test]
