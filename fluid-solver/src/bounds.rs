@@ -5,7 +5,7 @@ use crate::methods;
 use crate::plan::Plan;
 use crate::scheme::Viscous;
 use crate::speed;
-use bedload_scene::{CheckedScene, Geometry, Medium};
+use bedload_scene::{CheckedScene, Geometry, Grain, Medium};
 use protocol::facts::{Measure, Side, SolverBound};
 use protocol::scheme::Iterations;
 
@@ -28,7 +28,11 @@ pub(crate) fn of(
     plan: &Plan,
 ) -> Vec<SolverBound> {
     let mut bounds = methods::bounds(scene, medium, choices.method, iterations, plan.spacing);
-    bounds.push(cfl(scene, choices, plan));
+    // A fixed step without convection bears any speed of what does not move.
+    let stays = |grain: &Grain| grain.stays(scene.scene.domain.geometry);
+    if plan.fixed.is_none() || choices.time.convection || !scene.grains.iter().all(stays) {
+        bounds.push(cfl(scene, choices, plan));
+    }
     if plan.viscous == Viscous::Explicit && !scene.scene.domain.cells.is_empty() {
         bounds.push(explicit_viscosity(scene, medium.kinematic_viscosity(), choices.scheme));
     }

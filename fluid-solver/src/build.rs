@@ -31,17 +31,23 @@ pub fn grid<const D: usize>(scene: &CheckedScene) -> Result<Grid<D>, SceneError>
             Some(s) => AxisSpec::Growing { start, core_end: s.uniform_to, width: s.spacing, end, cells },
         }
     });
-    let boundaries = std::array::from_fn(|a| {
-        let faces = domain.boundary(a).expect("the scene's faces were checked");
-        let lower = faces.lower.as_ref().map_or(Boundary::Axis, |face| boundary(geometry, face));
-        [lower, boundary(geometry, &faces.upper)]
-    });
+    let boundaries = boundaries(scene, 0.0);
     Grid::new(&GridSpec { geometry, axes, boundaries }).map_err(|error| {
         scene.source.error(
             if domain.stretching.is_some() { "domain.stretching" } else { "domain" },
             error.to_string(),
             "change the grid as the message says",
         )
+    })
+}
+
+/// The faces of a scene as they are at `time`, s.
+pub(crate) fn boundaries<const D: usize>(scene: &CheckedScene, time: f64) -> [[Boundary<D>; 2]; D] {
+    let (domain, geometry) = (&scene.scene.domain, geometry(scene));
+    std::array::from_fn(|a| {
+        let faces = domain.boundary(a).expect("the scene's faces were checked");
+        let lower = faces.lower.as_ref().map_or(Boundary::Axis, |face| boundary(geometry, face, time));
+        [lower, boundary(geometry, &faces.upper, time)]
     })
 }
 
@@ -98,8 +104,8 @@ pub fn refuse_for_ranks(scene: &CheckedScene, choices: &Choices, least: usize) -
     Ok(())
 }
 
-fn boundary<const D: usize>(geometry: Geometry, face: &Face) -> Boundary<D> {
-    let velocity = along_axes(geometry, face.velocity.start());
+fn boundary<const D: usize>(geometry: Geometry, face: &Face, time: f64) -> Boundary<D> {
+    let velocity = along_axes(geometry, face.velocity.at(time));
     match face.kind {
         WallKind::Periodic => Boundary::Periodic,
         WallKind::FreeSlip => Boundary::FreeSlip,

@@ -10,7 +10,9 @@ pub(crate) mod part;
 mod parts;
 pub(crate) mod whole;
 
+use crate::engines::HasEngine;
 use crate::field::own_planes;
+use crate::grid::Grid;
 use crate::scheme::Viscous;
 use crate::solver::Solver;
 use part::{Head, ROLE};
@@ -51,10 +53,13 @@ pub fn write<const D: usize>(solver: &Solver<D>, scene: &str, folder: &Path) -> 
 /// # Errors
 /// If a file is missing, damaged, or of another scene, checkpoint or version: then `solver` is as it was. If
 /// the disk fails on the way: then it is of no further use.
-pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError> {
+pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) -> Result<(), SolverError>
+where
+    Grid<D>: HasEngine<D>,
+{
     let mut payload = protocol::checkpoint::open(folder, ROLE, scene)?;
-    // A run that goes on treats viscosity as before.
-    let (Head { cells, time, previous_dt, steps, memory, parts, .. }, fields): (_, u64) = payload.part()?;
+    let (Head { cells, time, previous_dt, steps, explicit, memory, parts }, fields): (_, u64) =
+        payload.part()?;
     let stored = if parts.is_empty() { solver.fields().len() as u64 } else { 0 };
     let same_grains = memory.grains() == solver.grains.memory.grains();
     if cells != cells_of(solver.grid()) || fields != stored || !same_grains {
@@ -67,6 +72,7 @@ pub fn read<const D: usize>(solver: &mut Solver<D>, scene: &str, folder: &Path) 
         parts::read(solver, scene, folder, steps, &parts)?;
     }
     payload.end()?;
+    solver.treat_viscosity(if explicit { Viscous::Explicit } else { Viscous::Implicit });
     solver.restart((time, previous_dt, steps), memory);
     Ok(())
 }

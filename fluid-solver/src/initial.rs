@@ -5,6 +5,7 @@
 //! the carried force are interpolated ([`crate::interpolate`]); [`crate::solver::Solver`] then imposes the
 //! grains' motion and projects, as at the start of any run.
 
+use crate::boundary::Boundary;
 use crate::build;
 use crate::checkpoint::part::Head;
 use crate::checkpoint::whole::{Whole, read_whole};
@@ -174,9 +175,10 @@ impl<const D: usize> Start<D> {
         run: &CheckedScene,
         [mine, theirs]: [&Choices; 2],
         grid: &Grid<D>,
-        source: Grid<D>,
+        mut source: Grid<D>,
         mut whole: Whole,
     ) -> Result<Self, SceneError> {
+        source.boundaries = build::boundaries(run, whole.head.time);
         let mut open = OpenFaces::new(&source);
         for (to, from) in open.fields_mut().zip(whole.fields.iter().skip(3 * D + 1)) {
             if to.len() == from.len() {
@@ -319,11 +321,15 @@ fn moved_by(scene: &CheckedScene) -> impl PartialEq + '_ {
     (gravity, faces, forces)
 }
 
-/// Whether fields of both mean the same: walls may move otherwise.
+/// Whether fields of both mean the same: walls may move otherwise, and inflows enter faster or slower.
 fn same_grid<const D: usize>(a: &Grid<D>, b: &Grid<D>) -> bool {
     let faces = a.boundaries.iter().flatten().zip(b.boundaries.iter().flatten());
-    let walls = |a: &crate::boundary::Boundary<D>| a.is_odd() && !a.is_open();
+    let walls = |a: &Boundary<D>| a.is_odd() && !a.is_open();
+    let enter = |a: &Boundary<D>, b: &Boundary<D>| match (a, b) {
+        (Boundary::Inflow { profile: a, .. }, Boundary::Inflow { profile: b, .. }) => a == b,
+        _ => false,
+    };
     a.geometry == b.geometry
         && a.axes.iter().zip(&b.axes).all(|(a, b)| a.faces == b.faces)
-        && faces.into_iter().all(|(a, b)| a == b || walls(a) && walls(b))
+        && faces.into_iter().all(|(a, b)| a == b || walls(a) && walls(b) || enter(a, b))
 }

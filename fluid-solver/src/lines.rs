@@ -121,7 +121,15 @@ pub fn finish<const D: usize>(
                     .map_err(|error| SolverError::Failed(error.to_string()))?;
                 (largest, "m/s")
             }
-            Kind::Wake(wake) => (wake.length(solver), "-"),
+            Kind::Wake(wake) => match wake.length(solver) {
+                Some(length) => (length, "-"),
+                None => {
+                    let why = "the flow is backward as far as the box reaches";
+                    let (reference, source) = (line.reference, line.source.clone());
+                    values.insert(line.name.clone(), MetricValue::missing(why, "-", reference, source));
+                    continue;
+                }
+            },
         };
         let value = MetricValue::measured(value, unit, line.reference, line.source.clone());
         values.insert(line.name.clone(), value);
@@ -147,30 +155,33 @@ impl Table {
 }
 
 impl Wake {
-    /// From the surface to the last place of backward flow, over the width of the grain. Zero if there is
-    /// none.
-    fn length<const D: usize>(&self, solver: &Solver<D>) -> f64 {
+    /// From the surface to the last place of backward flow, over the width of the grain, on a periodic axis
+    /// beyond its end, too. Zero if there is none; nothing if it does not end in the box.
+    fn length<const D: usize>(&self, solver: &Solver<D>) -> Option<f64> {
         let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[self.along]);
         let mut x: [f64; D] = along_axes(grid.geometry, self.centre);
+        let (faces, length) = (&grid.axes[self.along].faces, grid.axes[self.along].length());
         let surface = x[self.along] + self.reach[0];
-        let mut at = |place: f64| {
-            x[self.along] = place;
-            interpolate(grid, self.along, u, x)
-        };
-        let faces = grid.axes[self.along].faces.iter().copied().filter(|face| *face > surface);
-        let mut end = surface;
+        let upstream = x[self.along] - self.reach[1] + length;
+        let beyond = faces.iter().skip(1).map(|face| face + length).filter(|face| *face < upstream);
+        let beyond = beyond.filter(|_| grid.periodic(self.along));
+        let places = faces.iter().copied().chain(beyond).filter(|face| *face > surface);
         let mut before: Option<(f64, f64)> = None;
-        for face in faces {
-            let value = at(face);
-            if let Some((place, backward)) = before.filter(|(_, value)| *value < 0.0)
-                && value >= 0.0
-            {
-                end = place + (face - place) * backward / (backward - value);
-                break;
+        let mut end = surface;
+        for place in places {
+            x[self.along] = if place > faces[faces.len() - 1] { place - length } else { place };
+            let value = interpolate(grid, self.along, u, x);
+            match before {
+                Some((last, backward)) if backward < 0.0 && value >= 0.0 => {
+                    end = last + (place - last) * backward / (backward - value);
+                    before = None;
+                    break;
+                }
+                _ => before = Some((place, value)),
             }
-            before = Some((face, value));
         }
-        (end - surface) / (self.reach[0] + self.reach[1])
+        let ends = before.is_none_or(|(_, value)| value >= 0.0);
+        ends.then(|| (end - surface) / (self.reach[0] + self.reach[1]))
     }
 }
 
@@ -210,4 +221,47 @@ fn between<const D: usize>(grid: &Grid<D>, d: usize, axis: usize, x: f64) -> (is
     let x = x.clamp(faces[0], faces[n as usize]);
     let low = (nodes.partition_point(|node| *node <= x) as isize - 1).min(n - 1);
     (low, (x - node(low)) / (node(low + 1) - node(low)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::set_component;
+    use bedload_scene::SceneSource;
+    use std::f64::consts::TAU;
+
+    const PERIODIC: &str = "x = \"periodic\"";
+    const STREAM: &str = "x_lower = { type = \"inflow\", velocity = [0.1, 0.0, 0.0] }, x_upper = \"outflow\"";
+
+    /// Backward flow from the disc at `x` to 1 m behind its centre, in a box of 4 m.
+    fn length(x: f64, faces: &str) -> Option<f64> {
+        let text = format!(
+            "until = 1.0\n[domain]\ngeometry = \"plane\"\nlower = [0.0, 0.0]\nupper = [4.0, 2.0]\ncells = [80, 40]\n\
+             boundary = {{ {faces}, z = \"free-slip\" }}\n[medium]\ndensity = 1.0\nviscosity = 0.1\n[[grains]]\n\
+             position = [{x:?}, 0.0, 1.0]\nradius = 0.25\ndensity = 1.0\nmotion = \"fixed\"\n[[metrics]]\n\
+             name = \"wake\"\nkind = \"wake-length\"\ngrain = 0\nalong = \"x\"\n"
+        );
+        let scene = CheckedScene::new(SceneSource { file: "test".into(), text }).expect("a scene");
+        let mut solver = Solver::<2>::new(&scene).expect("a fluid");
+        let (grid, state) = solver.stepper_mut().parts_mut();
+        let wave = |at: [f64; 2]| -(TAU * (at[0] - x) / 4.0).cos() * (TAU * (at[1] - 1.0) / 2.0).cos();
+        set_component(grid, 0, &mut state.velocity[0], wave);
+        state.open.follow(grid, &state.velocity);
+        assert!(solver.show());
+        match &of(&scene).expect("lines")[..] {
+            [Line { kind: Kind::Wake(wake), .. }] => wake.length(&solver),
+            others => panic!("{others:?}"),
+        }
+    }
+
+    #[test]
+    fn a_wake_goes_on_beyond_a_periodic_face_and_not_beyond_another() {
+        for x in [0.5, 1.5, 3.1, 3.5, 3.9] {
+            let length = length(x, PERIODIC).expect("it ends");
+            assert!((length - 1.5).abs() < 0.01, "{length} at {x}");
+        }
+        let inside = length(1.5, STREAM).expect("it ends");
+        assert!((inside - 1.5).abs() < 0.01, "{inside}");
+        assert_eq!(length(3.4, STREAM), None);
+    }
 }

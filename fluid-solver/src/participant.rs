@@ -169,6 +169,11 @@ impl Fluid {
         any!(&self.solver, solver => mean_square(solver.grid(), &solver.stepper().state().velocity).sqrt())
     }
 
+    /// How many times faster than now the flow was in the fastest window so far.
+    pub(crate) fn peak_over_now(&self) -> f64 {
+        any!(&self.solver, solver => solver.peak_over_now())
+    }
+
     /// How fast the fluid still goes through a grain, m/s, and through which; none where no force is carried.
     pub(crate) fn leak(&self) -> Option<(f64, usize)> {
         any!(&self.solver, solver => solver.leak())

@@ -40,8 +40,10 @@ pub struct Plan {
     pub fixed: Option<f64>,
     /// CFL number kept when it is not.
     pub cfl: f64,
-    /// Largest step whatever the velocity, s.
+    /// Largest step whatever the velocity, s, but for explicit viscosity.
     pub ceiling: f64,
+    /// Largest step that explicit viscosity bears, s.
+    pub explicit: f64,
     /// Step at the speed that is expected of the run, s: for its cost and the bounds on its windows.
     pub expected: f64,
     /// First step, s.
@@ -91,24 +93,23 @@ impl Plan {
         let changes = changes(scene);
         let swings =
             changes.iter().filter(|change| matches!(change, Change::Value { value: OverTime::Sine(_), .. }));
-        let mut ceiling = shortest(swings, 0.0, 0.0).min(force).min(scene.scene.until);
-        if viscous == Viscous::Explicit {
-            if let Some(dt) = time.dt.filter(|dt| *dt > explicit) {
-                return Err(scene.source.error(
-                    "fluid.time.dt",
-                    format!("is {dt}; with explicit viscosity this grid allows at most {explicit:.3e}"),
-                    "give a smaller dt, or set fluid.time.viscosity = \"implicit\"",
-                ));
-            }
-            ceiling = ceiling.min(explicit);
+        let ceiling = shortest(swings, 0.0, 0.0).min(force).min(scene.scene.until);
+        let bears = if viscous == Viscous::Explicit { explicit } else { f64::INFINITY };
+        if let Some(dt) = time.dt.filter(|dt| *dt > bears) {
+            return Err(scene.source.error(
+                "fluid.time.dt",
+                format!("is {dt}; with explicit viscosity this grid allows at most {explicit:.3e}"),
+                "give a smaller dt, or set fluid.time.viscosity = \"implicit\"",
+            ));
         }
-        let expected = level(by_speed.min(ceiling));
+        let expected = level(by_speed.min(ceiling).min(bears));
         let from_rest = from_rest(scene, nu).unwrap_or(LAYER * (WALL * spacing).powi(2) / nu);
         let first = level(expected.min(from_rest).min(shortest(&changes, 0.0, expected)));
         let mut plan = Self {
             fixed: time.dt,
             cfl: time.cfl,
             ceiling,
+            explicit,
             expected: time.dt.unwrap_or(expected),
             first: time.dt.unwrap_or(first),
             age: first / OF_AGE,
@@ -137,7 +138,12 @@ impl Plan {
         // What speeds up goes on to do so.
         let next = |(now, before)| speed(now) + (speed(now) - speed(before)).max(0.0);
         let fastest = now.iter().zip(before).map(next).fold(0.0, f64::max);
-        (self.cfl / rate.max(fastest / self.spacing)).min(self.ceiling)
+        (self.cfl / rate.max(fastest / self.spacing)).min(self.longest())
+    }
+
+    /// Largest step whatever the velocity, s.
+    fn longest(&self) -> f64 {
+        if self.viscous == Viscous::Explicit { self.ceiling.min(self.explicit) } else { self.ceiling }
     }
 
     /// Step proposed at `time` after one of length `previous`, s, where velocities allow `allowed`, s, and a
@@ -236,6 +242,7 @@ mod tests {
         fixed: None,
         cfl: 0.5,
         ceiling: 1.0,
+        explicit: 0.25,
         expected: 1.0,
         first: 1.0 / 128.0,
         age: f64::INFINITY,

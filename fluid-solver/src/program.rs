@@ -55,14 +55,15 @@ impl Fluid {
     fn warn_of_leak(&self, scene: &CheckedScene) {
         let stays = |grain: &Grain| grain.stays(scene.scene.domain.geometry);
         let Some((leak, grain)) = self.leak().filter(|_| scene.grains.iter().all(stays)) else { return };
-        let speed = self.mean_speed();
+        // A flow that turns round is slow for a moment.
+        let speed = self.mean_speed() * self.peak_over_now();
         if leak <= LEAK * speed {
             return;
         }
         protocol::say!(
             "{}: warning: the force on grain {grain} was still growing at the end: fluid went through it at \
-             {:.0} % of the root mean square of the velocity, and the flow is not that around it; run on, lower \
-             fluid.time.dt, or leave it out",
+             {:.0} % of the largest root mean square of the velocity, and the flow is not that around it; run on, \
+             lower fluid.time.dt, or leave it out",
             Self::PROGRAM,
             100.0 * leak / speed
         );

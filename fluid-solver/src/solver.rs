@@ -23,6 +23,7 @@ use crate::methods::grains::{Grains, Memory, drive};
 use crate::methods::immersed_boundary::{ImmersedBoundary, OnWalls};
 use crate::plan::{self, Plan};
 use crate::ranks::Ranks;
+use crate::scheme::Viscous;
 use crate::step::Stepper;
 use crate::work::Work;
 use bedload_scene::{CheckedScene, Medium, OverTime, SceneError};
@@ -58,10 +59,15 @@ pub struct Solver<const D: usize> {
     density: f64,
     /// Largest Σ|u|/Δx after the last window, 1/s; zero: not known.
     rate: f64,
+    /// Largest one that there was, 1/s.
+    largest_rate: f64,
     seconds: f64,
     /// Forces on grains, where stresses are asked for.
     pub(crate) kept: Option<Box<GrainForces>>,
 }
+
+/// Velocity over ν/Δx up to which a fluid counts as at rest.
+const AT_REST: f64 = 1e-10;
 
 impl<const D: usize> Solver<D> {
     /// Builds grid, fields and grains of a scene.
@@ -142,6 +148,7 @@ impl<const D: usize> Solver<D> {
             changes: plan::changes(scene),
             density: medium.density,
             rate: 0.0,
+            largest_rate: 0.0,
             seconds: 0.0,
             kept: None,
         };
@@ -160,7 +167,9 @@ impl<const D: usize> Solver<D> {
     fn begin(&mut self, scene: &CheckedScene, start: Option<&Start<D>>) {
         let grid = self.stepper.grid().clone();
         let viscous = self.stepper.options().viscous;
+        let entered = self.stepper.state().open.clone();
         let taken = start.and_then(|start| start.take(&grid, viscous, self.fields_mut()));
+        self.stepper.state_mut().open.enter_as(&grid, &entered);
         if let Some((previous_dt, memory)) = taken {
             return self.restart((0.0, previous_dt, 0), memory);
         }
@@ -272,8 +281,9 @@ impl<const D: usize> Solver<D> {
         match memory.motions.iter().position(|motion| !motion.is_finite()) {
             None => Ok(()),
             Some(grain) => Err(SolverError::Failed(format!(
-                "window {}: the motion received for grain {grain} is not finite: {:?}",
-                window.step, memory.motions[grain]
+                "window {}: the DEM sent a motion of grain {grain} that is not finite, which the fluid cannot take: \
+                 see its forces, or its step",
+                window.step
             ))),
         }
     }
@@ -290,8 +300,15 @@ impl<const D: usize> Solver<D> {
     }
 
     /// How fast the fluid still goes through a grain, m/s, and through which: see [`ImmersedBoundary::leak`].
+    /// Nothing where that is round-off of a fluid at rest.
     pub(crate) fn leak(&self) -> Option<(f64, usize)> {
-        self.method.leak(&self.grains)
+        let least = AT_REST * self.stepper.options().viscosity / self.plan.spacing;
+        self.method.leak(&self.grains).filter(|(leak, _)| *leak > least)
+    }
+
+    /// How many times faster than now the flow was in the fastest window so far.
+    pub(crate) fn peak_over_now(&self) -> f64 {
+        if self.rate > 0.0 { self.largest_rate / self.rate } else { 1.0 }
     }
 
     /// Largest Σ|u|/Δx after the last window times the smallest Δx, m/s.
@@ -304,6 +321,7 @@ impl<const D: usize> Solver<D> {
         let health = Health::of(grid, velocity);
         if health.finite && !self.stepper.is_broken() {
             self.rate = health.rate;
+            self.largest_rate = self.largest_rate.max(health.rate);
             return Ok(health);
         }
         let found = FirstNonFinite::find(&self.stepper, self.grains.force());
@@ -396,6 +414,16 @@ impl<const D: usize> Solver<D> {
         let mut force = self.grains.force()?.clone();
         gather_to_first(grid, force.iter_mut());
         Some(force)
+    }
+
+    /// Treats viscosity as the run has done that goes on: the speeds that are expected up to a later end may
+    /// ask for another treatment.
+    pub(crate) fn treat_viscosity(&mut self, viscous: Viscous)
+    where
+        Grid<D>: HasEngine<D>,
+    {
+        self.stepper.treat_viscosity(viscous);
+        self.plan.viscous = viscous;
     }
 
     /// Goes on from the present fields: time, the step before and the number of steps, and the rest.

@@ -12,8 +12,7 @@ pub(crate) fn named(scene: &CheckedScene) -> f64 {
     let domain = &scene.scene.domain;
     let until = scene.scene.until;
     let grains = scene.grains.iter();
-    let grains =
-        grains.map(|grain| grain.velocity.largest(until).max(grain.spin.largest(until) * grain.radius));
+    let grains = grains.map(|grain| grain.velocity.largest(until).max(grain.surface_speed(until)));
     let faces = (0..domain.dimensions()).filter_map(|axis| domain.boundary(axis)).flat_map(|faces| {
         [faces.lower, Some(faces.upper)].into_iter().flatten().map(|face| face.velocity.largest(until))
     });
@@ -45,7 +44,7 @@ pub(crate) fn expected(scene: &CheckedScene, medium: &Medium) -> f64 {
     }
     let gravity = scene.scene.largest_gravity();
     for grain in &scene.grains {
-        speed = speed.max(grain.velocity.largest(until) + grain.spin.largest(until) * grain.radius);
+        speed = speed.max(grain.velocity.largest(until) + grain.surface_speed(until));
         if grain.motion == Motion::Free {
             let weight = (grain.density / medium.density - 1.0).abs() * gravity * 2.0 * grain.radius;
             let stokes = weight * 2.0 * grain.radius / (18.0 * nu);

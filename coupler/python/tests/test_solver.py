@@ -89,6 +89,15 @@ def test_it_conforms_to_the_protocol(springs):
     assert asked.returncode == 0, asked.stdout + asked.stderr
 
 
+def test_one_row_for_all_grains_is_refused(scene):
+    one = SPRINGS.replace("return force, np", "return force[:1], np")
+    Path("one.py").write_text(one)
+    scene["grains"].append({**scene["grains"][0], "position": [0.0, 0.0, 6.0]})
+    scene["dem"]["lubrication"], scene["dem"]["command"] = {"form": "none"}, [sys.executable, str(Path("one.py").absolute())]
+    with pytest.raises(bedload.BedloadError, match="a row a grain"):
+        bedload.run(scene, "one", threads=1)
+
+
 def test_it_says_how_it_is_started(springs):
     asked = subprocess.run(springs, capture_output=True, text=True, timeout=60, check=False)
     assert asked.returncode == 2 and "bedload" in asked.stderr

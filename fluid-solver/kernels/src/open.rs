@@ -99,6 +99,20 @@ impl<const D: usize> OpenFaces<D> {
         }
     }
 
+    /// Gives every inflow face the velocities that it has in `other`.
+    pub fn enter_as(&mut self, grid: &Grid<D>, other: &Self) {
+        let mut changes = false;
+        for (face, other) in self.faces.iter_mut().zip(&other.faces).filter(|(face, _)| !face.outflow) {
+            if face.values != other.values {
+                face.values.clone_from(&other.values);
+                changes = true;
+            }
+        }
+        if changes {
+            self.balance(grid);
+        }
+    }
+
     /// Lets the outflow go on for `time` (s) with the velocity inside, halos of other faces aside.
     pub fn convect(&mut self, grid: &Grid<D>, velocity: &[Vec<f64>; D], time: f64) {
         let speed = self.outflow_speed(grid);

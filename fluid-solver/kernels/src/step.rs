@@ -243,6 +243,17 @@ impl<const D: usize> Stepper<D> {
         self.broken
     }
 
+    /// Treats viscosity in another way from now on. The convection of the last step must be of that kind.
+    pub fn treat_viscosity(&mut self, viscous: Viscous)
+    where
+        Grid<D>: HasEngine<D>,
+    {
+        if self.flow.options.viscous != viscous {
+            self.flow.options.viscous = viscous;
+            self.engine = self.flow.grid.engine(&self.flow.options);
+        }
+    }
+
     /// Goes on from the present fields; a step that was begun is forgotten.
     pub fn restart(&mut self, time: f64, previous_dt: f64, steps: u64) {
         (self.flow.state.time, self.flow.state.previous_dt, self.flow.state.steps) =

@@ -141,6 +141,11 @@ impl Grain {
         }
     }
 
+    /// Largest speed of its surface about its centre up to `until` by the spin that it is given, m/s.
+    pub fn surface_speed(&self, until: f64) -> f64 {
+        self.spin.largest(until) * self.radius
+    }
+
     /// Volume (plane: per unit depth), m³ or m².
     pub fn volume(&self) -> f64 {
         use std::f64::consts::PI;

@@ -31,6 +31,17 @@ pub struct SceneSource {
     pub text: String,
 }
 
+/// What a run that goes on may have otherwise: on how many ranks the fluid works, and how long is waited,
+/// change no bit; a run that met a bound may go on without it.
+const MAY_CHANGE: [(&str, &str); 6] = [
+    ("fluid", "launcher"),
+    ("coupling", "force"),
+    ("coupling", "deadline"),
+    ("coupling", "startup_deadline"),
+    ("coupling", "checkpoint_every"),
+    ("coupling", "spin"),
+];
+
 impl SceneSource {
     /// Reads a file and applies `KEY=VALUE` overrides.
     ///
@@ -99,8 +110,7 @@ impl SceneSource {
             return Cow::Borrowed(&self.text);
         };
         table.retain(|name, _| name != "until" && !SWEEPS.contains(&name));
-        // On how many ranks the fluid goes on changes no bit; a run that met a bound may go on without it.
-        for (section, key) in [("fluid", "launcher"), ("coupling", "force")] {
+        for (section, key) in MAY_CHANGE {
             if let Some(of) = table.get_mut(section).and_then(toml::Value::as_table_mut)
                 && of.remove(key).is_some()
                 && of.is_empty()

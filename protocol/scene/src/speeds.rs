@@ -39,7 +39,7 @@ impl Speeds {
         let flow = named.max(start + driven(scene));
         let falls = falls(scene).into_iter().fold(0.0, f64::max);
         let until = scene.scene.until;
-        let surface = |grain: &Grain| grain.spin.largest(until) * grain.radius;
+        let surface = |grain: &Grain| grain.surface_speed(until);
         // The spin of what is not round moves it against others.
         let turns = |grain: &Grain| if grain.shape.is_round() { 0.0 } else { surface(grain) };
         let thrown = |grain: &Grain| grain.velocity.largest(until) + turns(grain);
@@ -101,7 +101,10 @@ pub fn start(scene: &CheckedScene) -> f64 {
         // Only the fluid can look into another run; its first step and its bound `cfl` are of that speed.
         InitialVelocity::Rest | InitialVelocity::Run { .. } => 0.0,
         InitialVelocity::Uniform { velocity } => norm(velocity),
-        InitialVelocity::TaylorGreen { amplitude } => amplitude.abs(),
+        InitialVelocity::TaylorGreen { amplitude } => {
+            let [along, across] = [0, domain.dimensions() - 1].map(|a| domain.upper[a] - domain.lower[a]);
+            amplitude.abs() * (across / along).max(1.0)
+        }
         InitialVelocity::Shear { gradient, rate, origin, .. } => {
             let axis = domain.geometry.axes().iter().position(|axis| axis == gradient).unwrap_or(0);
             rate.abs() * (domain.upper[axis] - origin).abs().max((domain.lower[axis] - origin).abs())

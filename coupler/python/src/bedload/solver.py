@@ -151,7 +151,7 @@ class Dem:
         v, w, mean, least = self.v.copy(), self.w.copy(), np.zeros((self.grains, 3)), math.inf
         for _ in range(of.substeps):
             self.x += h / 2 * self.v
-            force, torque = self.contact(h)
+            force, torque = map(self._rows, self.contact(h), ("force", "torque"))
             self.v += h * (pull + force) / mass[:, None]
             self.w += h * (twist + torque) / inertia[:, None]
             self.x += h / 2 * self.v
@@ -164,6 +164,13 @@ class Dem:
         for who, _, _, gap in self.gaps(math.inf):
             seen[who, 6] = np.minimum(seen[who, 6], gap)
         return np.hstack([self.x, self.q, self.v, self.w, seen]), min(least, seen[:, 6].min())
+
+    def _rows(self, values: Floats, what: str) -> Floats:
+        """One row of each grain: a single row would act on all."""
+        if np.shape(values) != self.x.shape:
+            shapes = f"{np.shape(values)}; needed: {self.x.shape}, a row a grain"
+            raise ValueError(f"`contact` gave a {what} of shape {shapes}")
+        return values
 
     def turn(self, h: float) -> None:
         """Turns the grains by their spin."""

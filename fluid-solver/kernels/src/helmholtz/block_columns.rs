@@ -1,9 +1,9 @@
 //! All columns of a solve whose last axis is cut into blocks: by one process at once, or by several ranks.
 //!
-//! One process takes group after group of modes through elimination, the tree of blocks and substitution. Ranks
-//! eliminate and join their blocks of all modes, send the edges of what these make to those who own the modes
-//! (lines are shared among ranks), who join the rest and send back what stands beside. Each eliminates again and
-//! substitutes: doing it twice costs less than keeping what the first pass leaves.
+//! One process takes group after group of modes through elimination, the tree of blocks and substitution.
+//! Ranks eliminate and join their blocks of all modes, send the edges of what these make to those who own the
+//! modes (lines are shared among ranks), who join the rest and send back what stands beside. Each eliminates
+//! again and substitutes: doing it twice costs less than keeping what the first pass leaves.
 
 use super::block_sweep::{BLOCK, Eliminate, GROUP, Group, Row, Substitute};
 use super::block_tree::{self, Close, Join, Nodes, Part};

@@ -5,9 +5,9 @@
 //! ```text
 //! l = g_A + f_A x₋ + s_A r,    r = y_B + w_B l + v_B x₊,
 //! ```
-//! so that r = (y_B + w_B (g_A + f_A x₋) + v_B x₊) / (1 − w_B s_A). Upward this gives the edge of both, downward
-//! what stands beside each. Which blocks are joined depends on their number alone: a rank joins those of its
-//! own and sends the edge of what they make, and every number of ranks does the same operations.
+//! so that r = (y_B + w_B (g_A + f_A x₋) + v_B x₊) / (1 − w_B s_A). Upward this gives the edge of both,
+//! downward what stands beside each. Which blocks are joined depends on their number alone: a rank joins
+//! those of its own and sends the edge of what they make, and every number of ranks does the same operations.
 //!
 //! Node 1 is the whole column, 2n and 2n + 1 are the halves of node n, and block b of `count` is node
 //! `count + b`.

@@ -182,6 +182,63 @@ fn where_another_force_moves_the_flow_the_step_begins_anew() {
     }
 }
 
+/// A lid that was brought to its speed counts with that on another grid: Couette flow is taken as it is.
+#[test]
+fn a_wall_counts_as_it_was_at_the_end() {
+    let folder = Folder::new("ramp");
+    let lid = |velocity: &str| {
+        PLANE.replace(
+            "z = \"no-slip\"",
+            &format!("z_lower = \"no-slip\", z_upper = {{ type = \"no-slip\", velocity = {velocity} }}"),
+        )
+    };
+    let still = |text: String| text.replace("[0.5, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("0.05", "20.0");
+    let ramp = lid("[[0.0, [0.0, 0.0, 0.0]], [0.5, [1.0, 0.0, 0.0]]]");
+    let first = still(text(&ramp, "[8, 16]", "", "", "time = { dt = 0.0625 }"));
+    let mut run = Run::new(&first);
+    run.windows(16);
+    leave(&run, &first, &folder.0);
+    let next = still(text(&lid("[1.0, 0.0, 0.0]"), "[8, 24]", &from(&folder.0), "", "time = { dt = 1e-6 }"));
+    let run = Run::new(&next);
+    let solver = run.fluid.two().expect("two axes");
+    let (grid, u) = (solver.grid(), &solver.stepper().state().velocity[0]);
+    for row in grid.own_rows() {
+        let z = grid.nodes(0, 1)[row % grid.cells[1]];
+        assert!((u[grid.row(row)] - z / 3.0).abs() < 1e-3, "{} at {z}", u[grid.row(row)]);
+    }
+}
+
+/// An inflow may enter otherwise: the outflow goes on as it was, and as much leaves as enters.
+#[test]
+fn an_inflow_may_enter_otherwise() {
+    let folder = Folder::new("inflow");
+    let stream = |speed: f64| {
+        PLANE.replace(
+            "x = \"periodic\"",
+            &format!(
+                "x_lower = {{ type = \"inflow\", velocity = [{speed:?}, 0.0, 0.0] }}, x_upper = \"outflow\""
+            ),
+        )
+    };
+    let disc = grains(&[at([0.7, 0.0, 1.4])], "fixed");
+    let text = |speed, initial: &str, dt: &str| {
+        text(&stream(speed), "[32, 48]", initial, &disc, dt).replace("[0.5, 0.0, 0.0]", "[0.0, 0.0, 0.0]")
+    };
+    let first = text(1.0, UNIFORM, "time = { dt = 0.005 }");
+    let mut run = Run::new(&first);
+    run.windows(200);
+    leave(&run, &first, &folder.0);
+    let change = |speed: f64| {
+        let mut next = Run::new(&text(speed, &from(&folder.0), "time = { dt = 1e-6 }"));
+        let velocity = |run: &Run| run.fluid.two().expect("two axes").stepper().state().velocity.concat();
+        let before = velocity(&next);
+        next.windows(1);
+        before.iter().zip(&velocity(&next)).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+    };
+    assert!(change(1.0) < 1e-4, "{}", change(1.0));
+    assert!(change(1.0001) < 1e-3, "{}", change(1.0001));
+}
+
 /// Without what was handed over a run of the same grains does not give those bits.
 #[test]
 fn the_state_decides_the_bits() {

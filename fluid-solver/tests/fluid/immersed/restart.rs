@@ -3,6 +3,7 @@
 use crate::immersed::newton::{Run, scene};
 use fluid_solver::methods::calibrated::calibration::{Calibration, ForceTransport};
 use fluid_solver::participant::Fluid;
+use fluid_solver::scheme::Viscous;
 use protocol::message::Record;
 use protocol::participant::Participant;
 use std::path::PathBuf;
@@ -165,4 +166,39 @@ fn the_number_of_threads_changes_no_bit() {
         assert_eq!(one, run(2), "{transport:?}");
         assert_eq!(one, run(4), "{transport:?}");
     }
+}
+
+/// The speed that is expected up to a later end asks for explicit viscosity where the run was implicit; the
+/// run that goes on stays so, with the bits of one that was never ended.
+#[test]
+fn a_later_end_keeps_the_treatment_of_viscosity() {
+    let folder = folder("later-end");
+    let text = |until: f64| {
+        PLANE
+            .replace("until = 1.0", &format!("until = {until:?}"))
+            .replace("[0.0, 0.0, -1.0]", "[2.0, 0.0, -1.0]")
+            + "[fluid]\ntime = { scheme = \"ab2\" }\n"
+    };
+    let viscous =
+        |run: &Run| run.fluid.two().map(|solver| solver.stepper().options().viscous).expect("two axes");
+    let mut run = Run::new(&text(0.5));
+    let mut later = Run::new(&text(40.0));
+    assert_eq!([viscous(&run), viscous(&later)], [Viscous::Implicit, Viscous::Explicit]);
+    run.windows(7);
+    run.fluid.write_checkpoint(&folder).expect("writes");
+    (later.time, later.step, later.dt) = (run.time, run.step, run.dt);
+    later.newton.take_over(&grains(&run));
+    later.fluid.read_checkpoint(&folder).expect("reads");
+    assert_eq!(viscous(&later), Viscous::Implicit);
+    // The step may be another: an expected speed bounds it, too.
+    let dt = run.dt;
+    for window in 0..6 {
+        let [one, other] = [&mut run, &mut later].map(|run| {
+            run.dt = dt;
+            run.windows(1);
+            run.fluid.two().expect("two axes").stepper().state().velocity.clone()
+        });
+        assert!(one == other, "window {window}");
+    }
+    std::fs::remove_dir_all(&folder).expect("removes");
 }

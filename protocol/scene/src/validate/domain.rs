@@ -114,6 +114,12 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
             continue;
         }
         source.refuse_if(
+            !face.velocity.is_zero() && face.kind != WallKind::NoSlip,
+            &key,
+            format_args!("is {:?} on a face of {name} that is not no-slip", face.velocity.peak(scene.until)),
+            "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
+        )?;
+        source.refuse_if(
             acts_along(&face.velocity, component),
             &key,
             format_args!(
@@ -121,12 +127,6 @@ fn faces(scene: &Scene, axis: usize, source: &SceneSource) -> Check {
                 face.velocity.map(|v| v[component]).peak(f64::INFINITY)
             ),
             "a wall's velocity lies in its plane: set this component to 0",
-        )?;
-        source.refuse_if(
-            !face.velocity.is_zero() && face.kind != WallKind::NoSlip,
-            &key,
-            format_args!("is {:?} on a face of {name} that is not no-slip", face.velocity.peak(scene.until)),
-            "only a no-slip wall or an inflow has a velocity: remove it, or make the face one of them",
         )?;
     }
     Ok(())

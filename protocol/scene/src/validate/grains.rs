@@ -332,6 +332,9 @@ fn apart(scene: &Scene, grains: &[Grain], source: &SceneSource) -> Check {
                 break;
             }
             let distance2: f64 = (0..3).map(|axis| (here[axis] - there[axis]).powi(2)).sum();
+            if distance2 > (a.radius + b.radius).powi(2) {
+                continue;
+            }
             let mut overlap = a.radius + b.radius - distance2.sqrt();
             if overlap > 0.0 && !(a.shape.is_round() && b.shape.is_round()) {
                 overlap = penetration(a, b, [there[0] - here[0], there[2] - here[2]]);

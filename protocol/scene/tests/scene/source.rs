@@ -99,4 +99,9 @@ fn a_state_is_of_a_scene_whatever_its_end() {
     let later = format!("# longer\nuntil = 2\n[chart]\nmetric = \"e\"\n{domain}\n");
     assert_eq!(state(&text), state(&later));
     assert_ne!(state(&text), state(&text.replace("[8, 8]", "[8, 4]")));
+    // How long is waited changes nothing; a run that met a deadline goes on with a longer one.
+    let patient =
+        format!("{text}[coupling]\ndeadline = 30.0\nstartup_deadline = 30.0\ncheckpoint_every = 9.0\n");
+    assert_eq!(state(&text), state(&patient));
+    assert_ne!(state(&text), state(&format!("{patient}scheme = \"semi-implicit\"\n")));
 }
