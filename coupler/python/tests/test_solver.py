@@ -93,7 +93,8 @@ def test_one_row_for_all_grains_is_refused(scene):
     one = SPRINGS.replace("return force, np", "return force[:1], np")
     Path("one.py").write_text(one)
     scene["grains"].append({**scene["grains"][0], "position": [0.0, 0.0, 6.0]})
-    scene["dem"]["lubrication"], scene["dem"]["command"] = {"form": "none"}, [sys.executable, str(Path("one.py").absolute())]
+    scene["dem"]["lubrication"] = {"form": "none"}
+    scene["dem"]["command"] = [sys.executable, str(Path("one.py").absolute())]
     with pytest.raises(bedload.BedloadError, match="a row a grain"):
         bedload.run(scene, "one", threads=1)
 
