@@ -113,25 +113,23 @@ pub fn finish<const D: usize>(
         return Ok(values);
     }
     for line in lines {
-        let (value, unit) = match &line.kind {
+        let (reference, source) = (line.reference, line.source.clone());
+        let value = match &line.kind {
             Kind::Table(table) => {
                 let (text, largest) = table.compare(solver);
                 folder
                     .write(&format!("{}.csv", line.name), text.as_bytes())
                     .map_err(|error| SolverError::Failed(error.to_string()))?;
-                (largest, "m/s")
+                MetricValue::measured(largest, "m/s", reference, source)
             }
             Kind::Wake(wake) => match wake.length(solver) {
-                Some(length) => (length, "-"),
+                Some(length) => MetricValue::measured(length, "-", reference, source),
                 None => {
                     let why = "the flow is backward as far as the box reaches";
-                    let (reference, source) = (line.reference, line.source.clone());
-                    values.insert(line.name.clone(), MetricValue::missing(why, "-", reference, source));
-                    continue;
+                    MetricValue::missing(why, "-", reference, source)
                 }
             },
         };
-        let value = MetricValue::measured(value, unit, line.reference, line.source.clone());
         values.insert(line.name.clone(), value);
     }
     Ok(values)
@@ -167,21 +165,18 @@ impl Wake {
         let beyond = beyond.filter(|_| grid.periodic(self.along));
         let places = faces.iter().copied().chain(beyond).filter(|face| *face > surface);
         let mut before: Option<(f64, f64)> = None;
-        let mut end = surface;
         for place in places {
             x[self.along] = if place > faces[faces.len() - 1] { place - length } else { place };
             let value = interpolate(grid, self.along, u, x);
-            match before {
-                Some((last, backward)) if backward < 0.0 && value >= 0.0 => {
-                    end = last + (place - last) * backward / (backward - value);
-                    before = None;
-                    break;
-                }
-                _ => before = Some((place, value)),
+            if let Some((last, backward)) = before.filter(|(_, value)| *value < 0.0)
+                && value >= 0.0
+            {
+                let end = last + (place - last) * backward / (backward - value);
+                return Some((end - surface) / (self.reach[0] + self.reach[1]));
             }
+            before = Some((place, value));
         }
-        let ends = before.is_none_or(|(_, value)| value >= 0.0);
-        ends.then(|| (end - surface) / (self.reach[0] + self.reach[1]))
+        before.is_none_or(|(_, value)| value >= 0.0).then_some(0.0)
     }
 }
 

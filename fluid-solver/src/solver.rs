@@ -169,8 +169,8 @@ impl<const D: usize> Solver<D> {
         let viscous = self.stepper.options().viscous;
         let entered = self.stepper.state().open.clone();
         let taken = start.and_then(|start| start.take(&grid, viscous, self.fields_mut()));
-        self.stepper.state_mut().open.enter_as(&grid, &entered);
         if let Some((previous_dt, memory)) = taken {
+            self.stepper.state_mut().open.enter_as(&grid, &entered);
             return self.restart((0.0, previous_dt, 0), memory);
         }
         match start {

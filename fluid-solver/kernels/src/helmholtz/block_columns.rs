@@ -160,7 +160,7 @@ impl BlockColumns {
     }
 
     /// First pass of a rank: the edges of what its blocks make.
-    pub(super) fn open(
+    pub(super) fn first_pass(
         &self,
         modes: &Modes<'_>,
         planes: &[&mut [f64]],
@@ -174,7 +174,7 @@ impl BlockColumns {
     }
 
     /// Last pass of a rank, with what stands beside what its blocks make.
-    pub(super) fn close(
+    pub(super) fn last_pass(
         &self,
         modes: &Modes<'_>,
         planes: &mut [&mut [f64]],

@@ -69,7 +69,7 @@ impl SpaceColumns {
         for_shares(shares, &mut edges, self.groups() * size, |share, out| {
             self.for_groups(share, |group, modes, share| {
                 let Solve { planes, memory, .. } = share;
-                blocks.open(modes, planes, &mut memory.blocks, &mut out[group * size..][..size]);
+                blocks.first_pass(modes, planes, &mut memory.blocks, &mut out[group * size..][..size]);
             });
         });
         edges
@@ -156,7 +156,7 @@ impl SpaceColumns {
             self.for_groups(share, |group, modes, share| {
                 let Solve { planes, memory, .. } = share;
                 let beside = &beside[group * size..][..size];
-                blocks.close(modes, planes, &mut memory.blocks, beside);
+                blocks.last_pass(modes, planes, &mut memory.blocks, beside);
             });
         });
         if operator[0] == 0.0 && self.lambda([0, 0])[0] == 0.0 {
