@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// A program of the workspace, as cargo built it beside this one.
@@ -26,9 +27,11 @@ pub fn is_stale(table: &str) -> bool {
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// An empty folder for the test `name`.
+    /// An empty folder of its own for the test `name`; tests of one program run at the same time.
     pub fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("bedload-test-{name}-{}", std::process::id()));
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let own = format!("{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(format!("bedload-test-{name}-{own}"));
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir_all(&path).expect("a folder for the test");
         Self(path)

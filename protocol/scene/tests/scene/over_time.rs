@@ -1,6 +1,7 @@
 //! Values over time in a scene: files, checks, and what changes.
 
 use bedload_scene::{CheckedScene, OverTime, SceneError, SceneSource, changing};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const TEXT: &str = "until = 4.0\ngravity = { file = \"tilt.csv\" }\n[domain]\ngeometry = \"space\"\n\
     lower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 4.0]\ncells = [16, 16, 16]\n\
@@ -13,8 +14,10 @@ const TEXT: &str = "until = 4.0\ngravity = { file = \"tilt.csv\" }\n[domain]\nge
 const TABLE: &str = "# a slope that is tilted\nt, x, z\n0.0, 0.0, -1.0\n\n2.0, 1.0, -1.0\n";
 
 fn read(text: &str, table: &str) -> Result<CheckedScene, SceneError> {
-    let folder =
-        std::env::temp_dir().join(format!("bedload-over-time-{}-{}", std::process::id(), table.len()));
+    // The tests of this program run at the same time: each reading has a folder of its own.
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let own = format!("{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let folder = std::env::temp_dir().join(format!("bedload-over-time-{own}"));
     std::fs::create_dir_all(&folder).expect("a folder");
     std::fs::write(folder.join("tilt.csv"), table).expect("a table");
     let file = folder.join("scene.toml").display().to_string();
