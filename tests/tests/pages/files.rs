@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use bedload_scene::{CheckedScene, Motion, SceneSource};
 use tests::harness::{Folder, program, said};
 
 /// Two spheres of a table fall through a fluid.
@@ -116,4 +117,27 @@ fn the_scenes_of_this_repository_find_their_files_from_any_folder() {
         }
     }
     assert!(with_files >= 8, "{with_files} scenes name files");
+}
+
+#[test]
+fn the_regime_of_the_inclined_bed_is_that_of_its_scene() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let source = SceneSource::read(&root.join("scenes/inclined-bed.toml"), &[]).expect("a scene");
+    let scene = CheckedScene::new(source).expect("a scene");
+    let medium = scene.scene.medium.as_ref().expect("a fluid");
+    let grain = scene.grains.iter().find(|grain| grain.motion == Motion::Free).expect("a free grain");
+    let along = scene.scene.gravity.at(0.0)[0];
+    // The paper's D is 1: the mean of sizes within 5 %.
+    let stokes = (grain.density * (grain.density - medium.density) * along).sqrt()
+        / (18.0 * 2.0f64.sqrt() * medium.viscosity);
+    let ratio = (grain.density / medium.density).sqrt();
+    let page = std::fs::read_to_string(root.join("docs/inclined-bed.md")).expect("a page");
+    let words = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    for told in [
+        format!("= {stokes:.2} and"),
+        format!("= {ratio:.2},"),
+        format!("St/r = {:.2} < 2.5", stokes / ratio),
+    ] {
+        assert!(words.contains(&told), "{told}");
+    }
 }
