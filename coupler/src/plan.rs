@@ -341,11 +341,13 @@ pub(crate) fn substep_target(participants: Participants, coupling: &Coupling, de
     }
 }
 
-/// A step must be a positive number; of the DEM also infinite, where nothing can touch.
+/// A step must be a positive number that changes the time; of the DEM also infinite, where nothing can touch.
 fn usable(scene: &CheckedScene, section: &str, dt: f64) -> Result<(), SceneError> {
-    if dt > 0.0 {
+    let until = scene.scene.until;
+    if dt > 0.0 && until + dt > until {
         return Ok(());
     }
-    let message = format!("its solver asks for a step of {dt} s; allowed: a positive number");
+    let allowed = format!("a positive number that changes a time of {until} s");
+    let message = format!("its solver asks for a step of {dt:?} s; allowed: {allowed}");
     Err(scene.source.error(section, message, "give dt in this section, or mend the solver's `check --json`"))
 }

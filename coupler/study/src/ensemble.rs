@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bedload_output::{MetricValue, Series, Summary, atomic_write};
-use bedload_program::RunOptions;
+use bedload_program::{RunOptions, until_as_set};
 use bedload_scene::SceneSource;
 use clap::Args;
 use serde::Deserialize;
@@ -189,7 +189,7 @@ fn stages(asked: &Ensemble) -> Result<Vec<Stage<'_>>, Failure> {
         sets[place].push(text.to_owned());
     }
     if let Some(set) = sets.last_mut() {
-        set.extend(asked.until.map(|until| format!("until={until:?}")));
+        set.extend(asked.until.map(until_as_set));
     }
     let mut stages = Vec::new();
     for ((path, name), set) in asked.scenes.iter().zip(names).zip(sets) {

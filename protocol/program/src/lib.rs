@@ -49,7 +49,7 @@ pub use job::{Job, LogKind};
 pub use link::{Attempt, End, Link, Messages, Ordered, Schedule};
 pub use log::log_bytes;
 pub use loudness::{Loudness, done};
-pub use options::RunOptions;
+pub use options::{RunOptions, until_as_set};
 pub use orphan::{PARENT, end_with_parent, parent_name};
 pub use printing::end_where_nothing_is_printed;
 pub use run::{Setup, VERSION, run, summarise};

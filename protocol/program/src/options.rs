@@ -40,6 +40,11 @@ pub struct RunOptions {
     pub no_commands: bool,
 }
 
+/// An end of the run, s, as `--set` takes it.
+pub fn until_as_set(until: f64) -> String {
+    format!("until={}", toml::Value::Float(until))
+}
+
 impl RunOptions {
     /// Options that ask for nothing but a scene.
     pub fn of_scene(scene: &Path) -> Self {
@@ -62,8 +67,7 @@ impl RunOptions {
     /// the same scene.
     pub fn all_overrides(&self) -> Vec<String> {
         let mut all = self.overrides.clone();
-        // `{:?}` keeps the point of a whole number, so that TOML reads a float.
-        all.extend(self.until.map(|until| format!("until={until:?}")));
+        all.extend(self.until.map(until_as_set));
         all
     }
 

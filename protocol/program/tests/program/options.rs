@@ -87,5 +87,8 @@ fn overrides_reach_the_scene_and_its_identity() {
     assert_eq!(options.read_scene().expect("reads").sha256(), after.sha256(), "sweeps do not count");
     options.until = Some(-1.0);
     assert!(options.read_scene().expect_err("negative").to_string().contains("until"));
+    options.until = Some(f64::NAN);
+    let why = options.read_scene().expect_err("not a number").to_string();
+    assert!(why.contains("until") && !why.contains("type"), "{why}");
     std::fs::remove_dir_all(folder).expect("removed");
 }
