@@ -216,7 +216,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
     "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";
-    "sub-step that changes no time": "[dem]" => "§[dem]\ndt = 1e-300"; "dem", "1e-300", "changes a time";
+    "sub-step that changes no time": "[dem]" => "[dem]\n§dt = 1e-300"; "dem.dt", "1e-300", "changes a time";
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
     "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "no such choice";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
