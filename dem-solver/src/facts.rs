@@ -44,11 +44,7 @@ pub(crate) fn facts(
     // In a coupled run the coupler divides windows on its own, and judges what comes out.
     let judged = scene.scene.medium.is_none() && !step.coarse;
     let key = if step.dt.is_some() { "dem.dt" } else { "dem.steps_per_contact" };
-    let until = scene.scene.until;
-    if until + dt <= until {
-        let message = format!("makes sub-steps of {dt:?} s; allowed: one that changes a time of {until} s");
-        return Err(scene.source.error(key, message, "give a longer sub-step"));
-    }
+    scene.step_changes_time(key, dt)?;
     if judged && contact_time < LEAST_STEPS * dt * (1.0 - 1e-9) {
         let steps = contact_time / dt;
         return Err(scene.source.error(

@@ -192,6 +192,7 @@ impl FluidSection {
                 "give a positive time step in s, or leave it out: the step then follows what happens",
             ));
         }
+        time.dt.map_or(Ok(()), |dt| scene.step_changes_time("fluid.time.dt", dt))?;
         let limit = self.scheme().cfl_limit();
         if !(time.cfl > 0.0 && time.cfl <= limit) {
             return Err(source.error(

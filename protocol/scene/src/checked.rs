@@ -154,6 +154,20 @@ impl CheckedScene {
         files.map(of).collect()
     }
 
+    /// Refuses a step `dt`, s, that is so short that it changes no time near the end.
+    ///
+    /// # Errors
+    /// At `key`.
+    pub fn step_changes_time(&self, key: &str, dt: f64) -> Result<(), SceneError> {
+        let until = self.scene.until;
+        self.source.refuse_if(
+            until + dt <= until,
+            key,
+            format_args!("makes steps of {dt:?} s; allowed: those that change a time of {until} s"),
+            "give a longer step",
+        )
+    }
+
     /// Refuses to go on from `time`, s, if that is past the end.
     ///
     /// # Errors

@@ -181,6 +181,7 @@ pub(crate) const GRAINS: &[Case] = cases! {
 pub(crate) const SECTIONS: &[Case] = cases! {
     "fluid step negative": "dt = 0.01" => "§dt = -0.01"; "fluid.time.dt", "-0.01", "> 0";
     "fluid step not a number": "dt = 0.01" => "§dt = nan"; "fluid.time.dt", "NaN";
+    "fluid step that changes no time": "dt = 0.01" => "§dt = 1e-300"; "fluid.time.dt", "1e-300", "change a time";
     "cfl too large": "cfl = 0.5" => "§cfl = 9.0"; "fluid.time.cfl", "is 9", "up to";
     "unknown scheme": "cfl = 0.5" => "cfl = 0.5\n§scheme = \"rk4\""; "fluid.time.scheme", "rk4", "ab2";
     "levels of the step": "cfl = 0.5" => "cfl = 0.5\n§dt_levels_per_octave = 4"; "fluid.time.dt_levels_per_octave", "retired", "no such choice";
@@ -216,7 +217,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
     "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";
-    "sub-step that changes no time": "[dem]" => "[dem]\n§dt = 1e-300"; "dem.dt", "1e-300", "changes a time";
+    "sub-step that changes no time": "[dem]" => "[dem]\n§dt = 1e-300"; "dem.dt", "1e-300", "change a time";
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
     "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "no such choice";
     "scheme that the loads cannot follow": "deadline = 5.0" => "deadline = 5.0\n§scheme = \"explicit\""; "coupling.scheme", "explicit", "semi-implicit";
