@@ -306,10 +306,13 @@ impl Plan {
             lines.push(line("t_c", format!("{} s", Short(steps.contact_time))));
             lines.push(line("t_c/dt_dem", Short(steps.contact_time / steps.dt_dem).to_string()));
             lines.push(line("dt_fluid/t_c", Short(steps.dt_fluid / steps.contact_time).to_string()));
+        }
+        if self.participants == Participants::Coupled {
             lines.push(line("sub-steps", format!("{} in a full window", steps.substeps)));
         }
         lines.extend(self.drag.iter().map(|drag| line("drag error", drag.said.clone())));
-        lines.push(line("windows", format!("{} to t = {} s", self.windows, Short(self.until))));
+        let steps = if self.participants == Participants::Dem { "sub-steps" } else { "windows" };
+        lines.push(line(steps, format!("{} to t = {} s", self.windows, Short(self.until))));
         let cost = if self.cost > 0.0 {
             format!("{} s on one core, estimated", Short(self.cost))
         } else {

@@ -98,6 +98,7 @@ fn near_bytes<const D: usize>(scene: &CheckedScene, grid: &Grid<D>, spacing: f64
 fn of<const D: usize>(scene: &CheckedScene, ranks: Option<&Ranks>) -> Result<FluidFacts, SceneError> {
     let section = FluidSection::read(scene)?;
     let choices = section.choices(Calibration::default());
+    check_for_dem(scene, choices.method)?;
     let stress = scene.scene.observe.planes.as_ref().is_some_and(|planes| planes.stress);
     if stress && choices.method != Method::Calibrated {
         return Err(scene.source.error(
@@ -201,6 +202,18 @@ fn for_dem(method: Method) -> toml::Table {
         keys.insert("line_film".into(), "points".into());
     }
     keys
+}
+
+/// Refuses a scene that tells the DEM otherwise.
+fn check_for_dem(scene: &CheckedScene, method: Method) -> Result<(), SceneError> {
+    let wanted = if method == Method::FictitiousDomain { "points" } else { "mask" };
+    let told = scene.scene.dem.get("line_film").and_then(toml::Value::as_str);
+    scene.source.refuse_if(
+        told.is_some_and(|told| told != wanted),
+        "dem.line_film",
+        format_args!("is {:?}, but fluid.method resolves films as {wanted:?}", told.unwrap_or_default()),
+        "leave it out: the fluid's method decides it",
+    )
 }
 
 /// A notice for each transformed axis whose number of cells the fast transforms cannot take.

@@ -20,6 +20,7 @@ pub use fluid_kernels::{
 mod bounds;
 pub mod build;
 pub mod checkpoint;
+mod coarse_part;
 pub mod config;
 pub mod coupling;
 pub mod facts;

@@ -1,6 +1,7 @@
 //! The fluid as a participant: the number of axes is chosen here, once.
 
 use crate::checkpoint;
+use crate::coarse_part::CoarsePart;
 use crate::coupling;
 use crate::lines::{self, Line};
 use crate::measure::{mean_square, mean_velocity};
@@ -31,6 +32,8 @@ pub struct Fluid {
     /// What [`Totals`] found after the last window.
     measured: Vec<f64>,
     lines: Vec<Line>,
+    /// Until a grain has been seen there.
+    coarse_part: Option<CoarsePart>,
     ranks: Ranks,
 }
 
@@ -116,7 +119,9 @@ impl Fluid {
         ranks.set_patience(deadline.mul_f64(EARLIER));
         let (fields, ranks) = (folder.join("fields"), ranks.clone());
         let (totals, measured) = (Totals::of(scene), Vec::new());
-        Ok(Self { solver, scene: scene.state_sha256(), fields, planes, totals, measured, lines, ranks })
+        let coarse_part = CoarsePart::of(scene).filter(|_| ranks.is_first());
+        let scene = scene.state_sha256();
+        Ok(Self { solver, scene, fields, planes, totals, measured, lines, coarse_part, ranks })
     }
 
     /// Brings the fields of all ranks to the first one, for what looks at them.
@@ -217,8 +222,11 @@ impl Participant for Fluid {
         } else {
             any!(&mut self.solver, solver => solver.advance(window, exchange))?
         };
+        let end = window.time + window.dt;
+        let motions = any!(&self.solver, solver => solver.motions());
+        self.coarse_part = self.coarse_part.take().filter(|part| !part.is_reached(motions, end));
         if let Some((asked, axis)) = &self.planes
-            && asked.due(window.time, window.time + window.dt)
+            && asked.due(window.time, end)
         {
             any!(&mut self.solver, solver => planes::write(solver, *axis, window, &self.fields))?;
         }

@@ -9,7 +9,7 @@ use protocol::participant::{Role, Window};
 
 use crate::number::{Short, norm};
 
-/// Below this part of the largest logged value a difference is one of rounding.
+/// Below this part of the largest value logged so far a difference is one of rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// What is compared: name and unit of a vector of a record.
@@ -115,12 +115,12 @@ impl Divergence {
     /// The first difference and the largest of each quantity, as text.
     pub(super) fn summary(&self) -> String {
         let mut text = match self.first() {
-            None => format!("no difference beyond {ROUNDING:e} of the largest logged value\n"),
+            None => format!("no difference beyond {ROUNDING:e} of the largest logged so far\n"),
             Some((row, quantity)) => {
                 let (name, unit) = self.quantities[quantity];
                 let Cell { difference, relative, grain } = row.cells[quantity];
                 format!(
-                    "first difference beyond {ROUNDING:e} of the largest logged value: window {}, t = {} s, \
+                    "first difference beyond {ROUNDING:e} of the largest logged so far: window {}, t = {} s, \
                      grain {grain}, {name}: {} {unit}, {} of it\n",
                     row.step,
                     Short(row.time),

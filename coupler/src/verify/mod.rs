@@ -97,7 +97,11 @@ pub fn run(options: &RunOptions, report: Report) -> Result<(), Failure> {
     let scene = base.read_scene()?;
     let names = measured::names(&scene, named);
     if names.is_empty() {
-        let message = "--verify has nothing to compare: the scene moves no grain and drives no flow";
+        let message = if named {
+            "are differences from something else alone, of which --verify compares none"
+        } else {
+            "are none, and --verify has nothing to compare: the scene moves no grain and drives no flow"
+        };
         return Err(scene.source.error("metrics", message, "name [[metrics]] that are to be exact").into());
     }
     let ladder = Ladder::of(&scene, charted);

@@ -12,7 +12,7 @@ use serde_json::Value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Check, SceneError};
+use crate::error::SceneError;
 
 /// The JSON Schema of a part of a scene; whatever it refers to stands within it.
 pub fn schema<T: JsonSchema>() -> Value {
@@ -158,13 +158,16 @@ impl SceneSource {
     }
 
     /// An error at a key where `wrong` holds.
-    pub(crate) fn refuse_if(
+    ///
+    /// # Errors
+    /// There alone.
+    pub fn refuse_if(
         &self,
         wrong: bool,
         key: &str,
         message: impl std::fmt::Display,
         remedy: &str,
-    ) -> Check {
+    ) -> Result<(), SceneError> {
         if wrong { Err(self.error(key, message.to_string(), remedy)) } else { Ok(()) }
     }
 

@@ -62,4 +62,17 @@ fn a_quiet_run_still_warns() {
     let lines: Vec<&str> = told.lines().collect();
     assert!(!lines.is_empty() && lines.iter().all(|line| line.contains("warning")), "{told}");
     assert!(told.contains("dem: bedload-dem: warning: grain 0 left the box"), "{told}");
+    // It rises out of the cells that are even.
+    let stretched = WET
+        .replace(
+            "cells = [32, 48]",
+            "cells = [32, 44]\nstretching = { axis = \"z\", uniform_to = 4.625, spacing = 0.125 }",
+        )
+        .replace("density = 2.0", "density = 2.0\nvelocity = [0.0, 0.0, 2.0]");
+    let scene = folder.write("rises.toml", &stretched);
+    let mut command = Command::new(program("bedload"));
+    let run = command.arg("run").arg(&scene).arg("--out").arg(folder.join("risen")).arg("-q");
+    let (_, told) = both(&run.output().expect("it starts"));
+    let warned = told.matches("warning: grain 0 reaches past domain.stretching.uniform_to = 4.625 m").count();
+    assert_eq!(warned, 1, "{told}");
 }

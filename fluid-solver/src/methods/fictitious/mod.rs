@@ -105,14 +105,20 @@ pub(crate) fn check(scene: &CheckedScene) -> Result<(), SceneError> {
             "take fluid.method = \"calibrated\", or domain.geometry = \"plane\"",
         ));
     }
+    source.refuse_if(
+        domain.stretching.is_some(),
+        "domain.stretching",
+        "makes cells of several sizes; the fictitious-domain method needs equal ones",
+        "leave it out, or take fluid.method = \"calibrated\"",
+    )?;
     let (x, z) = (domain.spacing(0), domain.spacing(1));
-    if domain.stretching.is_some() || (x / z - 1.0).abs() > 1e-9 {
+    if (x / z - 1.0).abs() > 1e-9 {
         return Err(source.error(
             "domain.cells",
             format!(
                 "makes cells of {x} m by {z} m; the fictitious-domain method needs equal cells, square ones"
             ),
-            "choose cells so that (upper − lower)/cells is the same along x and z, without domain.stretching",
+            "choose cells so that (upper − lower)/cells is the same along x and z",
         ));
     }
     let spacing = x.min(z);

@@ -50,12 +50,18 @@ impl Subject {
         if self.settling == [0.0; 3] { norm(velocity) } else { dot(velocity, &self.settling) }
     }
 
+    /// Whether it settles along an axis, so that a floor is level.
+    fn level(&self) -> bool {
+        self.settling.iter().filter(|part| **part != 0.0).count() == 1
+    }
+
     /// The grain over the window, if it is there and its motion is observed.
     pub(super) fn passage(&self, sample: &Sample) -> Option<Passage> {
         let motion = sample.kinematics.get(self.grain).filter(|_| !sample.lacks(self.grain, self.present))?;
         Some(Passage {
             speed: self.speed(&motion.velocity),
             gap: motion.gap,
+            depth: self.level().then(|| dot(&motion.position, &self.settling)),
             touching: motion.contact_force != [0.0; 3],
             impact: motion.impact_speed,
             rebound: motion.rebound_speed,

@@ -13,6 +13,8 @@ pub(super) struct Passage {
     pub(super) speed: f64,
     /// Gap at the end, m.
     pub(super) gap: f64,
+    /// Place along gravity at the end, m; none where gravity is along no axis.
+    pub(super) depth: Option<f64>,
     /// Does a contact force act?
     pub(super) touching: bool,
     /// Normal speed at the last begin of a contact within the window, m/s; 0 if none.
@@ -22,6 +24,9 @@ pub(super) struct Passage {
     /// Time at the end, s.
     pub(super) time: f64,
 }
+
+/// Part of a place by which a way and a gap along it differ by rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// A grain's way so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -42,13 +47,17 @@ pub struct Trajectory {
     pub impact: Option<f64>,
     /// V_R: normal speed at the end of the first contact, m/s.
     pub rebound: Option<f64>,
-    /// Largest gap between the first and the second contact, m.
+    /// Where the surface of the last touch lies along gravity, less the radius, m.
+    pub floor: Option<f64>,
+    /// Height over what it touched at the end of the last window, m.
+    pub height: Option<f64>,
+    /// Largest height between the first and the second contact, m.
     pub first_height: f64,
-    /// Largest gap between the second and the third contact, m.
+    /// Largest height between the second and the third contact, m.
     pub second_height: f64,
     /// End of the window of the first touch, s.
     pub first_touch: Option<f64>,
-    /// End of the window of the largest gap between the first and the second contact, s.
+    /// End of the window of the largest height between the first and the second contact, s.
     pub first_top: Option<f64>,
     /// End of the window of the second touch, s.
     pub second_touch: Option<f64>,
@@ -60,9 +69,20 @@ impl Trajectory {
         Self { speed, terminal: speed.max(0.0), ..Self::default() }
     }
 
-    /// Whether the grain still rises after contact number `contact`, whose largest gap is `height`, m.
+    /// Whether the grain still rises after contact number `contact`, whose largest height is `height`, m.
     pub(super) fn rises(&self, contact: u64, height: f64) -> bool {
-        self.contacts == contact && self.speed < 0.0 && self.gap == Some(height)
+        self.contacts == contact && self.speed < 0.0 && self.height == Some(height)
+    }
+
+    /// Height over what it touched last, m: the gap, or the way along gravity where something else is nearer,
+    /// such as a lid or a wall beside it.
+    fn height(&self, passage: &Passage) -> f64 {
+        let way =
+            self.floor.zip(passage.depth).map(|(floor, depth)| (floor - depth, floor.abs().max(depth.abs())));
+        match way {
+            Some((way, size)) if way - passage.gap > ROUNDING * size => way,
+            _ => passage.gap,
+        }
     }
 
     /// Adds a window. A contact begins where the DEM reports an impact speed or, with a DEM that
@@ -80,6 +100,7 @@ impl Trajectory {
                 2 => self.second_touch = Some(passage.time),
                 _ => {}
             }
+            self.floor = passage.depth.map(|depth| depth + passage.gap).filter(|floor| floor.is_finite());
         }
         if self.contacts == 0 {
             self.terminal = self.terminal.max(passage.speed);
@@ -89,17 +110,18 @@ impl Trajectory {
         if first && self.rebound.is_none() && passage.rebound > 0.0 {
             self.rebound = Some(passage.rebound);
         }
+        let height = self.height(passage);
         match self.contacts {
-            1 if passage.gap.is_finite() && passage.gap > self.first_height => {
-                (self.first_height, self.first_top) = (passage.gap, Some(passage.time));
+            1 if height.is_finite() && height > self.first_height => {
+                (self.first_height, self.first_top) = (height, Some(passage.time));
             }
-            2 if passage.gap.is_finite() => self.second_height = self.second_height.max(passage.gap),
+            2 if height.is_finite() => self.second_height = self.second_height.max(height),
             _ => {}
         }
         self.windows += 1;
         self.speed = passage.speed;
         // No neighbour in reach is an infinite gap, which JSON cannot hold.
-        self.gap = Some(passage.gap.min(f64::MAX));
+        (self.gap, self.height) = (Some(passage.gap.min(f64::MAX)), Some(height.min(f64::MAX)));
         self.touching = passage.touching || passage.impact > 0.0;
     }
 }

@@ -108,6 +108,28 @@ fn references_give_relative_errors() {
     assert_eq!(values["rebound"].relative_error, None);
 }
 
+/// Up to 4 over the floor, under a lid that is nearer from 2.5 on.
+#[test]
+fn a_rebound_rises_from_what_it_touched_under_a_lid_too() {
+    let mut watch = Watch::new(&sphere(BOUNCE), 1.0);
+    for (velocity, height, impact_speed) in [
+        (-4.0, 3.0, 0.0),
+        (3.0, 0.5, 3.5),
+        (2.0, 2.0, 0.0),
+        (1.0, 3.0, 0.0),
+        (0.0, 4.0, 0.0),
+        (-1.0, 3.5, 0.0),
+    ] {
+        let position = [0.0, 0.0, 1.0 + height];
+        watch.feed(Kinematics {
+            position,
+            impact_speed,
+            ..falling(velocity, f64::min(height, 5.0 - height))
+        });
+    }
+    assert_eq!(watch.value("height"), 4.0 / 2.0);
+}
+
 #[test]
 fn a_contact_shorter_than_a_window_uses_the_speeds_of_the_touch() {
     let mut watch = Watch::new(&sphere(BOUNCE), 1.0);

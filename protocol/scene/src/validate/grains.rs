@@ -3,6 +3,7 @@
 use super::check::{Check, finite, positive};
 use super::missing;
 use crate::domain::{Axis, Geometry, InitialVelocity, WallKind};
+use crate::error::SceneError;
 use crate::grains::{Freedom, Grain, Motion};
 use crate::shared::Scene;
 use crate::source::SceneSource;
@@ -83,8 +84,18 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         let message = format!("{:?} is out of the plane (x, z)", grain.position);
         return Err(source.error(&key("position"), message, "set y = 0"));
     }
-    missing::along_axis(&grain.velocity, geometry, &key("velocity"), source)?;
-    missing::of_spin(&grain.spin, geometry, &key("spin"), source)?;
+    // The key of a table is its file's.
+    let told = |name: &str, key: String, checked: Check| {
+        checked.map_err(|error| match key.ends_with(name) {
+            true => error,
+            false => SceneError { message: format!("{name} of grain {index} {}", error.message), ..error },
+        })
+    };
+    let (velocity, spin) = (key("velocity"), key("spin"));
+    let checked = missing::along_axis(&grain.velocity, geometry, &velocity, source);
+    told("velocity", velocity, checked)?;
+    let checked = missing::of_spin(&grain.spin, geometry, &spin, source);
+    told("spin", spin, checked)?;
     held(scene, index, grain, source)?;
     led(scene, index, grain, source)?;
     clear_of_faces(scene, index, grain, source)?;

@@ -14,6 +14,10 @@ use crate::source::SceneSource;
 /// What a number, or each of a list, must be.
 type Rule = fn(&SceneSource, &str, f64) -> Check;
 const POSITIVE: Rule = |source, key, value| positive(source, key, value.min(f64::MAX));
+const PART: Rule = |source, key, value| {
+    positive(source, key, value)?;
+    source.refuse_if(value > 1.0, key, format_args!("is {value}; allowed: up to 1, the whole"), "give a part")
+};
 const FINITE: Rule = |source, key, value| finite(source, key, &[value]);
 
 /// Keys of kinds of metrics that hold numbers.
@@ -27,7 +31,7 @@ const NUMBERS: [(&str, Rule); 11] = [
     ("release", not_negative),
     ("surface", POSITIVE),
     ("speed", POSITIVE),
-    ("share", POSITIVE),
+    ("share", PART),
     ("at", FINITE),
 ];
 

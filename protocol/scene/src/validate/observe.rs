@@ -21,6 +21,12 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     observed_substeps(scene, source)?;
     observed_totals(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
+    source.refuse_if(
+        scene.domain.geometry == Geometry::Axisymmetric,
+        "observe.profile",
+        "averages over boxes, and an axisymmetric scene is a cylinder",
+        "leave it out, or take planes of the fluid (observe.planes)",
+    )?;
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
     let flat = scene.domain.geometry == Geometry::Plane;
@@ -105,9 +111,14 @@ fn observed_planes(scene: &Scene, source: &SceneSource) -> Check {
 /// Planes whose stresses are counted from the upper face end at a wall on both sides.
 fn across_walls(scene: &Scene, source: &SceneSource, (key, axis): (&str, Axis), otherwise: &str) -> Check {
     let domain = &scene.domain;
+    source.refuse_if(
+        domain.geometry == Geometry::Axisymmetric,
+        key,
+        "asks for stresses, which an axisymmetric scene does not count",
+        &format!("take a plane or space{otherwise}"),
+    )?;
     let place = domain.geometry.axes().iter().position(|known| *known == axis);
-    let faces = place.filter(|_| domain.geometry != Geometry::Axisymmetric);
-    let faces = faces.and_then(|place| domain.boundary(place));
+    let faces = place.and_then(|place| domain.boundary(place));
     let is_wall = |kind| matches!(kind, WallKind::NoSlip | WallKind::FreeSlip);
     let walls = faces.is_some_and(|faces| {
         is_wall(faces.upper.kind) && faces.lower.is_none_or(|lower| is_wall(lower.kind))

@@ -217,6 +217,7 @@ pub(crate) const SECTIONS: &[Case] = cases! {
     "unknown integrator": "integrator = \"symplectic-euler\"" => "§integrator = \"leapfrog\""; "dem.integrator", "leapfrog", "velocity-verlet";
     "rk3 with a film": "integrator = \"symplectic-euler\"" => "§integrator = \"rk3\""; "dem.integrator", "rk3", "implicit";
     "sub-step negative": "[dem]" => "[dem]\n§dt = -1e-4"; "dem.dt", "-0.0001", "> 0";
+    "film of another method": "[dem]" => "[dem]\n§line_film = \"points\""; "dem.line_film", "points", "mask";
     "sub-step that changes no time": "[dem]" => "[dem]\n§dt = 1e-300"; "dem.dt", "1e-300", "change a time";
     "no sub-steps": "[dem]" => "[dem]\n§steps_per_contact = 0.0"; "dem.steps_per_contact", "is 0";
     "retired skin": "[dem]" => "[dem]\n§skin = 0.1"; "dem.skin", "retired", "no such choice";
@@ -248,6 +249,7 @@ pub(crate) const OBSERVATIONS: &[Case] = cases! {
     "a Shields number without weight": "gravity = [0.0, 0.0, -1.0]" => "gravity = [0.0, 0.0, 0.0]", "every = 0.1" => "every = 0.1\n§totals = { columns = [\"shields\"] }"; "observe.totals.columns", "nothing has a weight";
     "observed grain that is not there": "every = 0.1" => "every = 0.1\n§grains = [0, 2]"; "observe.grains", "holds 2", "2 grains";
     "unknown kind": "kind = \"max\"" => "§kind = \"median\""; "metrics[0].kind", "median", "terminal-reynolds";
+    "more than all grains": "kind = \"max\"\ncolumn = \"velocity_z[0]\"" => "kind = \"mobilisation-time\"\nspeed = 0.1\n§share = 2.0"; "metrics[0].share", "is 2", "up to 1";
     "kind missing": "[[metrics]]\nname = \"speed\"\nkind = \"max\"" => "§[[metrics]]\nname = \"speed\""; "metrics[0].kind", "missing field";
     "unknown column": "column = \"velocity_z[0]\"" => "§column = \"speed_z[0]\""; "metrics[0].column", "speed_z[0]", "velocity_z[0]";
     "column missing": "[[metrics]]\nname = \"speed\"" => "§[[metrics]]\nname = \"speed\"", "column = \"velocity_z[0]\"\n" => ""; "metrics[0].column", "missing field";
@@ -284,6 +286,8 @@ pub(crate) const ON_AN_AXIS: &[Case] = cases! {
     "uniform part of broken cells": "uniform_to = 1.5" => "§uniform_to = 1.55"; "domain.stretching.uniform_to", "15.5";
     "uniform part beyond the box": "uniform_to = 1.5" => "§uniform_to = 9.0"; "domain.stretching", "do not reach";
     "stretching with too many cells": "spacing = 0.1" => "§spacing = 0.5"; "domain.stretching", "32 cells do not reach";
+    "averages over boxes of a cylinder": "[fluid.time]" => "[observe]\n§profile = { axis = \"z\", lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 1.0], slabs = 5 }\n[fluid.time]"; "observe.profile", "cylinder";
+    "stresses in a cylinder": "[fluid.time]" => "[observe]\n§planes = { every = 0.1, axis = \"z\", stress = true }\n[fluid.time]", "z = \"free-slip\"" => "z = \"no-slip\""; "observe.planes.axis", "axisymmetric";
     "uniform part too short": "uniform_to = 1.5" => "§uniform_to = 0.4"; "domain.stretching.uniform_to", "grain 0 reaches to 0.5";
 };
 

@@ -6,7 +6,7 @@ use bedload_program::RunOptions;
 use bedload_scene::{CheckedScene, SceneError, SceneSource};
 use coupler::bounds::Bound;
 
-use crate::bad_input::bases::SPACE;
+use crate::bad_input::bases::{PLANE, SPACE};
 
 /// A file in a folder of this process, removed with it.
 pub(crate) struct File(pub(crate) PathBuf);
@@ -118,6 +118,10 @@ fn a_grain_of_a_file_is_checked_like_any_other() {
     let text = SPACE.replace("[[walls]]", &format!("[[grain_files]]\nfile = {:?}\n[[walls]]", csv.0));
     let error = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect_err("overlap");
     assert!(error.key == "grain_files" && error.message.contains("grains 1 and 3 overlap"), "{error}");
+    let csv = File::new("turns.csv", "x,y,z,radius,density,wx\n1,0,15,0.5,2,1\n");
+    let text = PLANE.replace("[[groups]]", &format!("[[grain_files]]\nfile = {:?}\n[[groups]]", csv.0));
+    let error = CheckedScene::new(SceneSource { file: "s.toml".into(), text }).expect_err("a spin about x");
+    assert!(error.key == "grain_files" && error.message.contains("spin of grain 1 is [1.0"), "{error}");
 }
 
 /// Names of the bounds that a scene breaks, and the message that a user reads.
