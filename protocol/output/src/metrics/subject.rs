@@ -17,6 +17,8 @@ pub(super) struct Subject {
     pub(super) radius: f64,
     /// kg/m³.
     pub(super) density: f64,
+    /// Whether it settles along an axis that has ends, so that a floor is level.
+    is_level: bool,
     /// Weight less buoyancy, N.
     pub(super) submerged_weight: f64,
     /// Number of grains that are there from the start.
@@ -35,8 +37,11 @@ impl Subject {
         let gravity = norm(&pull);
         let excess = data.density - scene.scene.medium.as_ref().map_or(0.0, |medium| medium.density);
         let way = if excess < 0.0 { -1.0 } else { 1.0 };
+        let periods = scene.scene.domain.periods();
+        let along: Vec<usize> = (0..3).filter(|c| pull[*c] != 0.0).collect();
         Some(Self {
             grain,
+            is_level: along.len() == 1 && periods[along[0]].is_none(),
             settling: pull.map(|g| if gravity > 0.0 { way * g / gravity } else { 0.0 }),
             radius: data.radius,
             density: data.density,
@@ -50,18 +55,13 @@ impl Subject {
         if self.settling == [0.0; 3] { norm(velocity) } else { dot(velocity, &self.settling) }
     }
 
-    /// Whether it settles along an axis, so that a floor is level.
-    fn level(&self) -> bool {
-        self.settling.iter().filter(|part| **part != 0.0).count() == 1
-    }
-
     /// The grain over the window, if it is there and its motion is observed.
     pub(super) fn passage(&self, sample: &Sample) -> Option<Passage> {
         let motion = sample.kinematics.get(self.grain).filter(|_| !sample.lacks(self.grain, self.present))?;
         Some(Passage {
             speed: self.speed(&motion.velocity),
             gap: motion.gap,
-            depth: self.level().then(|| dot(&motion.position, &self.settling)),
+            depth: self.is_level.then(|| dot(&motion.position, &self.settling)),
             touching: motion.contact_force != [0.0; 3],
             impact: motion.impact_speed,
             rebound: motion.rebound_speed,
