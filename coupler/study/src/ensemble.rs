@@ -288,8 +288,13 @@ fn rows(done: &[(&Path, Summary)]) -> Result<Vec<Row>, Failure> {
     let mut rows: Vec<Row> = metrics.into_iter().filter_map(row).collect();
     let read = |name: &str| -> Result<Vec<Series>, Failure> {
         let files = done.iter().map(|(folder, _)| folder.join(format!("{name}.csv")));
-        let there = files.filter(|path| path.exists()).map(|path| without_remarks(&path));
-        there.collect()
+        // A profile may begin after the end of a seed.
+        let (there, missing): (Vec<PathBuf>, Vec<PathBuf>) = files.partition(|path| path.exists());
+        if let Some(path) = missing.first().filter(|_| name == "series" && !there.is_empty()) {
+            let what = "is missing, and other seeds have it: remove its folder, and the run is made again";
+            return Err(Failure::Input(format!("{} {what}", path.display())));
+        }
+        there.iter().map(|path| without_remarks(path)).collect()
     };
     let series = read("series")?;
     // Those of the run with the fewest rows, as far as all runs go.

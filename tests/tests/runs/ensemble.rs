@@ -74,6 +74,13 @@ fn each_seed_goes_its_own_way_from_bed_to_flow() {
     assert!(said(&output).contains("seed-1/bed: goes on"), "{}", said(&output));
     assert_eq!([summary(0, "bed"), summary(0, "flow")], before[..2]);
     assert!(summary(1, "flow") > before[2]);
+    // A mean of all seeds is not one of those that still have a table.
+    std::fs::remove_file(run(0, "flow/series.csv")).expect("a series");
+    let output = bedload(&all);
+    assert!(
+        output.status.code() == Some(2) && said(&output).contains("flow/series.csv is missing"),
+        "{output:?}"
+    );
 }
 
 /// Discs that fall beside each other; grain 3 of some seeds finds no room beside the others.
