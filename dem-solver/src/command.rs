@@ -87,9 +87,6 @@ fn run(arguments: &Arguments) -> Result<PathBuf, Failure> {
     // The scene as the run resolved it has another identity than the one that its checkpoint bears.
     let scene = RunOptions::of_scene(&arguments.folder.join("scene.toml")).read_scene()?;
     refuse_averages(&scene, "grains")?;
-    if scene.scene.domain.geometry == Geometry::Axisymmetric {
-        return refuse("coarse-grain", "averages over boxes, and the scene is axisymmetric: a cylinder");
-    }
     // Radii and densities are those of the tables.
     refuse_changed_files(&scene, &scene.source.text)?;
     let mut participant = DemParticipant::new(&scene, &arguments.folder)?;

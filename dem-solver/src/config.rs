@@ -158,8 +158,15 @@ impl Config {
     }
 }
 
-/// Averages over grains spread each of them over its circle: a body that is not round has none.
+/// Averages over grains are over boxes, and spread each of them over its circle: a cylinder is no box, and a
+/// body that is not round has no circle.
 pub(crate) fn refuse_averages(scene: &CheckedScene, key: &str) -> Result<(), SceneError> {
+    scene.source.refuse_if(
+        scene.scene.domain.geometry == Geometry::Axisymmetric,
+        key,
+        "averages over boxes, and an axisymmetric scene is a cylinder; allowed: a plane, and space",
+        "leave it out, or take planes of the fluid (observe.planes)",
+    )?;
     let odd = scene.grains.iter().position(|grain| !grain.shape.is_round());
     odd.map_or(Ok(()), |i| {
         let fault =

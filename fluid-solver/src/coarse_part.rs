@@ -1,6 +1,6 @@
 //! Grains that reach where the cells of a stretched axis grow: told once, when it happens.
 
-use bedload_scene::CheckedScene;
+use bedload_scene::{CheckedScene, Geometry};
 use fluid_kernels::immersed::body::Motion;
 
 /// Part of the end of the even cells by which rounding may carry a grain past it.
@@ -23,7 +23,7 @@ impl CoarsePart {
         let axis = domain.geometry.axes().iter().position(|axis| *axis == stretching.axis)?;
         let component = domain.geometry.component(axis);
         // The grains of an axisymmetric scene stay on the axis.
-        let along_axis = domain.geometry != bedload_scene::Geometry::Axisymmetric || component == 2;
+        let along_axis = domain.geometry != Geometry::Axisymmetric || component == 2;
         let radii = scene.grains.iter().map(|grain| grain.radius).collect();
         along_axis.then_some(Self { component, from: stretching.uniform_to, radii })
     }

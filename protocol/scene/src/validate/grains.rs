@@ -84,18 +84,15 @@ fn one(scene: &Scene, index: usize, grain: &Grain, source: &SceneSource) -> Chec
         let message = format!("{:?} is out of the plane (x, z)", grain.position);
         return Err(source.error(&key("position"), message, "set y = 0"));
     }
-    // The key of a table is its file's.
-    let told = |name: &str, key: String, checked: Check| {
-        checked.map_err(|error| match key.ends_with(name) {
+    // The key of a grain of a table is that of its file.
+    let named = |name: &str, checked: Check| {
+        checked.map_err(|error| match error.key.ends_with(name) {
             true => error,
             false => SceneError { message: format!("{name} of grain {index} {}", error.message), ..error },
         })
     };
-    let (velocity, spin) = (key("velocity"), key("spin"));
-    let checked = missing::along_axis(&grain.velocity, geometry, &velocity, source);
-    told("velocity", velocity, checked)?;
-    let checked = missing::of_spin(&grain.spin, geometry, &spin, source);
-    told("spin", spin, checked)?;
+    named("velocity", missing::along_axis(&grain.velocity, geometry, &key("velocity"), source))?;
+    named("spin", missing::of_spin(&grain.spin, geometry, &key("spin"), source))?;
     held(scene, index, grain, source)?;
     led(scene, index, grain, source)?;
     clear_of_faces(scene, index, grain, source)?;

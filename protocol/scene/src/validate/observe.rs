@@ -21,12 +21,6 @@ pub(super) fn observe(scene: &Scene, source: &SceneSource) -> Check {
     observed_substeps(scene, source)?;
     observed_totals(scene, source)?;
     let Some(profile) = &scene.observe.profile else { return Ok(()) };
-    source.refuse_if(
-        scene.domain.geometry == Geometry::Axisymmetric,
-        "observe.profile",
-        "averages over boxes, and an axisymmetric scene is a cylinder",
-        "leave it out, or take planes of the fluid (observe.planes)",
-    )?;
     finite(source, "observe.profile.lower", &profile.lower)?;
     finite(source, "observe.profile.upper", &profile.upper)?;
     let flat = scene.domain.geometry == Geometry::Plane;
@@ -114,7 +108,7 @@ fn across_walls(scene: &Scene, source: &SceneSource, (key, axis): (&str, Axis), 
     source.refuse_if(
         domain.geometry == Geometry::Axisymmetric,
         key,
-        "asks for stresses, which an axisymmetric scene does not count",
+        "counts from wall to wall across an axis, which an axisymmetric scene does not",
         &format!("take a plane or space{otherwise}"),
     )?;
     let place = domain.geometry.axes().iter().position(|known| *known == axis);
